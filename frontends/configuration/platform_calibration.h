@@ -7,18 +7,14 @@
 
 namespace lodestone {
 
-/// Each reads the map of calibration sigmas under `key` of `parent`. Missing sigmas keep their default (grade `field`).
-/// Throws InputError, with file and line, for an unknown key or a sigma out of range.
-void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, LidarCalibrationSigmas& sigmas);
-void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key,
-                             MagnetometerCalibrationSigmas& sigmas);
-void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, ImuCalibrationSigmas& sigmas);
-void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, WheelCalibrationSigmas& sigmas);
+/// Reads the map of calibration sigmas under `key` of `parent`. Missing sigmas keep their default (grade `field`).
+/// `Sigmas`: LidarCalibrationSigmas, or those of the magnetometers, the IMU or the wheels. Throws InputError, with file
+/// and line, for an unknown key or a sigma out of range.
+template <class Sigmas>
+void read_calibration_sigmas(const ConfigurationNode& parent, const std::string& key, Sigmas& sigmas);
 
-/// Each writes YAML lines under `key`, `depth` levels deep, that are parsed to the same bits.
-std::string calibration_sigma_lines(int depth, const std::string& key, const LidarCalibrationSigmas& sigmas);
-std::string calibration_sigma_lines(int depth, const std::string& key, const MagnetometerCalibrationSigmas& sigmas);
-std::string calibration_sigma_lines(int depth, const std::string& key, const ImuCalibrationSigmas& sigmas);
-std::string calibration_sigma_lines(int depth, const std::string& key, const WheelCalibrationSigmas& sigmas);
+/// YAML lines under `key`, `depth` levels deep, that are parsed to the same bits.
+template <class Sigmas>
+std::string calibration_sigma_lines(int depth, const std::string& key, Sigmas sigmas);
 
 }  // namespace lodestone
