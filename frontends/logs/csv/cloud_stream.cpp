@@ -10,7 +10,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/logs/csv/csv_log.h"
 #include "frontends/maps/pcd_check.h"
-#include "frontends/messages/wire_ros1.h"
+#include "frontends/messages/message_writing.h"
 
 namespace lodestone {
 namespace {
@@ -60,23 +60,20 @@ class CloudStream : public CsvLog::Stream {
   const std::vector<std::uint8_t>& message() override {
     const CloudFile& file = files_[next_ - 1];
     const pcl::PCLPointCloud2 cloud = load(file.path);
-    Ros1WireWriter writer;
-    writer.header(file.time, "");
-    writer.number(cloud.height);
-    writer.number(cloud.width);
-    writer.number(static_cast<std::uint32_t>(cloud.fields.size()));
+    ros1::PointCloudMessage message;
+    message.stamp = file.time;
+    message.height = cloud.height;
+    message.width = cloud.width;
     for (const pcl::PCLPointField& field : cloud.fields) {
-      writer.text(field.name);
-      writer.number(field.offset);
-      writer.number(field.datatype);
-      writer.number(field.count);
+      message.fields.push_back({field.name, field.offset, field.datatype, field.count});
     }
-    writer.number(std::uint8_t{0});
-    writer.number(cloud.point_step);
-    writer.number(cloud.row_step);
-    writer.number(static_cast<std::uint32_t>(cloud.data.size()));
-    writer.bytes(cloud.data.data(), cloud.data.size());
-    writer.number(std::uint8_t{cloud.is_dense});
+    message.point_step = cloud.point_step;
+    message.row_step = cloud.row_step;
+    message.dense = cloud.is_dense != 0;
+    message.data = cloud.data.data();
+    message.data_size = cloud.data.size();
+    Ros1WireWriter writer;
+    writing::write(writer, message);
     return bytes_ = writer.take();
   }
 

@@ -9,7 +9,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/csv_text.h"
 #include "frontends/logs/csv/csv_log.h"
-#include "frontends/messages/wire_ros1.h"
+#include "frontends/messages/message_writing.h"
 
 namespace lodestone {
 namespace {
@@ -63,19 +63,11 @@ class CsvStream : public CsvLog::Stream {
 
   const std::vector<std::uint8_t>& message() override {
     Ros1WireWriter writer;
-    writer.header(time_, "");
+    const auto& v = values_;
     if (is_imu_) {
-      for (int i = 0; i < 3; ++i) writer.number(0.0);  // orientation: unknown
-      writer.number(1.0);
-      writer.number(-1.0);
-      for (int i = 0; i < 8; ++i) writer.number(0.0);
-      for (int sensor = 0; sensor < 2; ++sensor) {
-        for (int i = 0; i < 3; ++i) writer.number(values_[static_cast<std::size_t>(3 * sensor + i)]);
-        for (int i = 0; i < 9; ++i) writer.number(0.0);
-      }
+      writing::write(writer, ros1::ImuMessage{time_, "", {v[0], v[1], v[2]}, {v[3], v[4], v[5]}});
     } else {
-      for (std::size_t i = 0; i < 3; ++i) writer.number(values_[i] / 1e6);  // tesla in the message
-      for (int i = 0; i < 9; ++i) writer.number(0.0);
+      writing::write(writer, ros1::MagneticFieldMessage{time_, "", {v[0] / 1e6, v[1] / 1e6, v[2] / 1e6}});
     }
     return bytes_ = writer.take();
   }
