@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/error.h"
 #include "frontends/configuration/number_text.h"
+#include "frontends/csv_text.h"
 
 /// Lines of a text with a table of numbers, as trajectories are.
 namespace lodestone {
@@ -22,17 +22,6 @@ struct TableLine {
     throw InputError(path + ":" + std::to_string(number) + ": " + message);
   }
 };
-
-/// The values of a line between any of `separators`, without empty ones.
-inline std::vector<std::string_view> split_line(std::string_view text, std::string_view separators) {
-  std::vector<std::string_view> parts;
-  for (std::size_t begin = text.find_first_not_of(separators); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
-    parts.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(separators, end);
-  }
-  return parts;
-}
 
 inline bool parse_finite(std::string_view text, double& value) {
   return parse_number(text, value) && std::isfinite(value);
