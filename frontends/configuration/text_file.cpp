@@ -42,7 +42,7 @@ std::string read_text_file(const std::string& path) {
   return text;
 }
 
-void write_text_file(const std::string& path, const std::string& text) {
+void write_text_file(const std::filesystem::path& path, const std::string& text) {
   OutputFile file(path);
   file.write(text);
   file.commit();

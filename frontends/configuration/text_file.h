@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace lodestone {
@@ -9,6 +10,6 @@ std::string read_text_file(const std::string& path);
 
 /// Writes a temporary file in the same folder and renames it, so that no reader sees a partial file. Throws InputError,
 /// with the path, if this fails.
-void write_text_file(const std::string& path, const std::string& text);
+void write_text_file(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace lodestone

@@ -54,8 +54,9 @@ void bind_trajectories(py::module_& module) {
              py::arg("wanted_ns"), py::arg("max_gap_s"),
              "Positions (M, 3) and quaternions (M, 4) at wanted_ns; NaN where the trajectory has no pose.");
   module.def("format_stamp", &format_stamp, py::arg("stamp_ns"), "Seconds with nine decimals, exact.");
-  module.def("write_text_file", &write_text_file, py::arg("path"), py::arg("text"),
-             "Writes under a temporary name and renames.");
+  module.def(
+      "write_text_file", [](const std::string& path, const std::string& text) { write_text_file(path, text); },
+      py::arg("path"), py::arg("text"), "Writes under a temporary name and renames.");
 }
 
 }  // namespace lodestone::python

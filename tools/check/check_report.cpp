@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "frontends/configuration/output_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/table.h"
 
 namespace lodestone {
@@ -115,10 +115,8 @@ void write_check_json(const std::filesystem::path& path, const CheckResult& resu
                                 {"change", finding.change},
                                 {"time_s", finding.time ? Json(to_seconds(*finding.time - zero)) : Json(nullptr)}});
   }
-  OutputFile file(path);
   // Names in a damaged log may be invalid UTF-8.
-  file.write(json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
-  file.commit();
+  write_text_file(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace lodestone

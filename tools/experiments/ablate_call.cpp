@@ -88,7 +88,7 @@ void write_results(const Ablation& ablation, const reproduce::PlanRun& work) {
   }
   const reproduce::ResultTable runs = tidy_table(ablation, results, work.status());
   const fs::path runs_file = root / "tables" / (runs.name + ".csv");
-  write_text_file(runs_file.string(), to_csv(runs));
+  write_text_file(runs_file, to_csv(runs));
   const fs::path picture = root / "figures" / ablation.name;
   figures::draw_forest_plot(picture, forest_of(ablation, results));
   std::printf("\nevery run: %s\npicture: %s.png, .pdf, .svg\n", runs_file.c_str(), picture.c_str());

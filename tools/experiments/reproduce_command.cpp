@@ -53,9 +53,9 @@ void write_results(const Experiment& experiment, const PlanRun& work) {
     write_table(root / "tables", table);
     std::printf("\n%s", to_markdown(table).c_str());
   }
-  write_text_file((root / "tables" / "runs.csv").string(), to_csv(runs_table(results)));
+  write_text_file(root / "tables" / "runs.csv", to_csv(runs_table(results)));
   const std::vector<DrawnFigure> figures = draw_figures(experiment, results, root);
-  write_text_file((root / "reproduce.json").string(), to_json(experiment, results, work.status(), tables, figures));
+  write_text_file(root / "reproduce.json", to_json(experiment, results, work.status(), tables, figures));
   const fs::path report = root / "report.html";
   const std::size_t size = write_report(root, report);
   std::printf("\n%s: %.1f MB, opens from disk\n", report.c_str(), static_cast<double>(size) * 1e-6);

@@ -101,9 +101,9 @@ std::string to_latex(const ResultTable& table) {
 }
 
 void write_table(const std::filesystem::path& folder, const ResultTable& table) {
-  write_text_file((folder / (table.name + ".md")).string(), to_markdown(table));
-  write_text_file((folder / (table.name + ".csv")).string(), to_csv(table));
-  write_text_file((folder / (table.name + ".tex")).string(), to_latex(table));
+  write_text_file(folder / (table.name + ".md"), to_markdown(table));
+  write_text_file(folder / (table.name + ".csv"), to_csv(table));
+  write_text_file(folder / (table.name + ".tex"), to_latex(table));
 }
 
 }  // namespace lodestone::reproduce

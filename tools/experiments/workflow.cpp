@@ -142,7 +142,7 @@ void Workflow::run() {
   for (std::size_t i = 0; i < states_.size(); ++i) {
     if (states_[i] == StepState::waiting) fs::remove(store_.log_of(plan_.steps[i]), ignored);
   }
-  write_text_file((store_.root() / kStepsFile).string(), steps_file());
+  write_text_file(store_.root() / kStepsFile, steps_file());
   const fs::path log = store_.root() / kSnakemakeLog;
   ChildProcess snakemake("snakemake", command(), store_.root().string(), log.string(),
                          spdlog::should_log(spdlog::level::info));

@@ -152,7 +152,7 @@ void export_to_trajectory(const ExportCall& call, const RunResults& run, const f
     return;
   }
   if (call.to == "euroc") {
-    write_text_file(out.string(), euroc_text(trajectory));
+    write_text_file(out, euroc_text(trajectory));
   } else {
     write_tum(out.string(), trajectory, kTrajectoryColumns);
   }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/error.h"
-#include "frontends/configuration/output_file.h"
 #include "frontends/configuration/platform.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/init/platform_draft.h"
@@ -66,9 +66,7 @@ void write_drafted_platform(const InitCall& call) {
   const std::string text = head_of(call) + commented_text(draft);
   // A file that cannot be read is never written.
   parse_platform(text, out.string(), {.lidar = draft.platform.has_lidar()});
-  OutputFile file(out);
-  file.write(text);
-  file.commit();
+  write_text_file(out, text);
   const auto guesses = std::count_if(draft.comments.begin(), draft.comments.end(),
                                      [](const auto& each) { return each.second.starts_with("guess"); });
   fmt::print("{}: {}, IMU {}, {} magnetometer(s); {} lines are guesses\n", out.string(),

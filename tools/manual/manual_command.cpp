@@ -17,8 +17,8 @@ void add_manual_command(CLI::App& app, const std::string& version) {
   command->add_option("--out", *out, "folder for lodestone.1 and lodestone.bash")->required();
   command->callback([&app, version, out] {
     const std::filesystem::path folder = made_folder(*out);
-    write_text_file((folder / "lodestone.1").string(), man_page(app, version));
-    write_text_file((folder / "lodestone.bash").string(), bash_completion(app));
+    write_text_file(folder / "lodestone.1", man_page(app, version));
+    write_text_file(folder / "lodestone.bash", bash_completion(app));
   });
 }
 

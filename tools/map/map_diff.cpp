@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/magnetometer/magnetic_difference.h"
-#include "frontends/configuration/output_file.h"
+#include "frontends/configuration/text_file.h"
 #include "frontends/maps/magnetic_difference_file.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "tools/command_files.h"
@@ -126,12 +126,6 @@ void print_figures(const MapDiffCall& call, const MagneticDifference& difference
   if (places.size() > most) fmt::print("  ... {} more in places.csv\n", places.size() - most);
 }
 
-void write_result(const std::filesystem::path& path, const std::string& text) {
-  OutputFile file(path);
-  file.write(text);
-  file.commit();
-}
-
 void map_diff(const MapDiffCall& call) {
   if (!(call.threshold_ut > 0.0) || !std::isfinite(call.threshold_ut)) {
     throw InputError(fmt::format("--threshold-ut: expected microtesla above 0, found {}", call.threshold_ut));
@@ -149,10 +143,10 @@ void map_diff(const MapDiffCall& call) {
   const std::filesystem::path out = made_folder(call.out);
   print_figures(call, difference, significance, places);
   write_magnetic_difference(difference, call.first, call.second, (out / "difference.yaml").string());
-  write_result(out / "places.csv", to_csv(places));
+  write_text_file(out / "places.csv", to_csv(places));
   draw_difference_picture(out / "picture", difference, places,
                           fmt::format("Change of the field from {} to {}", call.first, call.second));
-  write_result(out / "diff.json", to_json(call, difference, significance, places));
+  write_text_file(out / "diff.json", to_json(call, difference, significance, places));
   fmt::print("wrote {}/: picture.png, .pdf and .svg, difference.yaml with difference.tif, places.csv, diff.json\n",
              call.out);
 }

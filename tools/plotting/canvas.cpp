@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include "frontends/configuration/output_file.h"
+#include "frontends/configuration/text_file.h"
 #include "tools/plotting/drawing_files.h"
 
 namespace lodestone {
@@ -42,12 +42,6 @@ std::string sanitize_text(std::string_view text) {
     i += good ? length : 1;
   }
   return result;
-}
-
-void write(const std::filesystem::path& path, const std::string& content) {
-  OutputFile file(path);
-  file.write(content);
-  file.commit();
 }
 
 }  // namespace
@@ -174,9 +168,9 @@ void Canvas::save(const std::filesystem::path& path) const {
   const std::filesystem::path extension = path.extension();
   const bool all = extension != ".png" && extension != ".pdf" && extension != ".svg";
   const auto target = [&](const char* ending) { return all ? std::filesystem::path(path.string() + ending) : path; };
-  if (all || extension == ".png") write(target(".png"), png_of(sheet_->drawing));
-  if (all || extension == ".pdf") write(target(".pdf"), pdf_of(sheet_->drawing));
-  if (all || extension == ".svg") write(target(".svg"), svg_of(sheet_->drawing));
+  if (all || extension == ".png") write_text_file(target(".png"), png_of(sheet_->drawing));
+  if (all || extension == ".pdf") write_text_file(target(".pdf"), pdf_of(sheet_->drawing));
+  if (all || extension == ".svg") write_text_file(target(".svg"), svg_of(sheet_->drawing));
 }
 
 }  // namespace lodestone

@@ -45,8 +45,8 @@ void write_raster(const PlanRaster& strength, const std::filesystem::path& path)
   json["height_m"] = strength.height_m;
   json["grey_step_ut"] = step;
   json["grey_of_zero"] = kDarkest;
-  write_text_file(path.string(), encode_png(to_grey(strength.values, CV_16U, 0.0, step)));
-  write_text_file(json_beside(path).string(), json.dump(2) + "\n");
+  write_text_file(path, encode_png(to_grey(strength.values, CV_16U, 0.0, step)));
+  write_text_file(json_beside(path), json.dump(2) + "\n");
 }
 
 PlanRaster read_raster(const std::filesystem::path& path) {

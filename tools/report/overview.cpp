@@ -88,7 +88,7 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
       }
     }
   }
-  write_text_file((folder / "overview.json").string(), json.dump(2) + "\n");
+  write_text_file(folder / "overview.json", json.dump(2) + "\n");
 }
 
 }  // namespace lodestone

@@ -77,7 +77,7 @@ std::size_t write_report(const std::filesystem::path& folder, const std::filesys
                     folder.string()));
   }
   const std::string text = page("Lodestone report: " + name_of(folder), data);
-  write_text_file(out.string(), text);
+  write_text_file(out, text);
   return text.size();
 }
 

@@ -75,7 +75,7 @@ Bound run_bound(const std::function<OpenedLog()>& open,
     }
     text += "\n";
   }
-  write_text_file(file.string(), text);
+  write_text_file(file, text);
   for (std::size_t i = 0; i < std::size(stages) && count > 0; ++i) {
     bound.stages.push_back({stages[i].first, std::sqrt(sums[i].position_m2 / count),
                             std::sqrt(sums[i].heading_rad2 / count) * 180.0 / std::numbers::pi});

@@ -364,7 +364,7 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
                  last_end);
   }
   summary.warnings = warnings;
-  write_text_file((run.folder / "summary.json").string(), to_json(summary));
+  write_text_file(run.folder / "summary.json", to_json(summary));
   if (bundles.failure) throw *bundles.failure;
   return outcome;
 }

@@ -109,7 +109,7 @@ std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& ident
   }
   remove_leftovers(call);
   made_folder(checkpoint_folder(call));
-  write_text_file(identity_file(call).string(),
+  write_text_file(identity_file(call),
                   nlohmann::json(identity).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
   return std::nullopt;
 }

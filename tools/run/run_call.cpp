@@ -289,7 +289,7 @@ int execute(const RunCall& call) {
     if (outcome.replayed) stale.keep_calibration(out / name);
     summaries.push_back(outcome.summary);
     outcomes.push_back(std::move(outcome));
-    write_text_file((out / "summary.json").string(),
+    write_text_file(out / "summary.json",
                     to_json(inputs_of(call, inputs, identity), record_of(call, inputs), summaries, bound));
     if (summaries.back().status == RunStatus::interrupted) break;
   }

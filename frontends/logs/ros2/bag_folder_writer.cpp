@@ -77,7 +77,7 @@ void BagFolderWriter::write(const TopicInfo& topic, const RawMessage& message) {
 void BagFolderWriter::close() {
   file_->close();
   file_.reset();
-  write_text_file((fs::path(aside_) / metadata_name).string(), metadata());
+  write_text_file(fs::path(aside_) / metadata_name, metadata());
   check_replaceable(path_);  // the folder may have changed meanwhile
   std::error_code error;
   fs::remove_all(path_, error);
