@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "tools/base64.h"
+#include "tools/markup.h"
 #include "tools/plotting/drawing_files.h"
 #include "tools/plotting/png.h"
 
@@ -21,26 +21,6 @@ std::string short_number(double value) {
 
 std::string hex(Color color) {
   return fmt::format("#{:02x}{:02x}{:02x}", color.red, color.green, color.blue);
-}
-
-std::string escaped(std::string_view text) {
-  std::string result;
-  for (const char letter : text) {
-    switch (letter) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      default:
-        result += letter;
-    }
-  }
-  return result;
 }
 
 std::string path_of(const std::vector<CanvasPoint>& points, bool closed) {
@@ -78,9 +58,9 @@ struct SvgElement {
   std::string operator()(const ImageMark& image) const {
     return fmt::format(
         "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
-        "xlink:href=\"data:image/png;base64,{}\"/>",
+        "xlink:href=\"{}\"/>",
         short_number(image.box.left), short_number(image.box.top), short_number(image.box.width()),
-        short_number(image.box.height()), base64(encode_png(image.pixels)));
+        short_number(image.box.height()), data_uri("image/png", encode_png(image.pixels)));
   }
 
   std::string operator()(const TextMark& text) const {
@@ -93,7 +73,7 @@ struct SvgElement {
       element += fmt::format(" text-anchor=\"{}\"", kAnchors[static_cast<std::size_t>(text.anchor)]);
     }
     if (text.upward) element += fmt::format(" transform=\"rotate(-90 {} {})\"", x, y);
-    return element + ">" + escaped(text.text) + "</text>";
+    return element + ">" + escape_html(text.text) + "</text>";
   }
 };
 

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "frontends/configuration/number_text.h"
-#include "tools/base64.h"
 
 namespace lodestone {
 
@@ -45,10 +44,6 @@ Json with_decimals(const std::vector<double>& values, int decimals) {
   return array;
 }
 
-std::string data_uri(std::string_view media_type, std::string_view bytes) {
-  return fmt::format("data:{};base64,{}", media_type, base64(bytes));
-}
-
 std::string escape_script(const Json& json) {
   // In JSON, '<' occurs only in strings, where its escape is equivalent. File names may be invalid UTF-8.
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -59,29 +54,6 @@ std::string escape_script(const Json& json) {
       safe += "\\u003c";
     } else {
       safe += letter;
-    }
-  }
-  return safe;
-}
-
-std::string escape_html(std::string_view text) {
-  std::string safe;
-  for (const char letter : text) {
-    switch (letter) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += letter;
     }
   }
   return safe;

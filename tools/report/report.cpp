@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
+#include "tools/markup.h"
 #include "tools/report/page_data.h"
 #include "tools/report/page_template.h"
 #include "tools/report/reproduce_data.h"

@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
+#include "tools/markup.h"
 #include "tools/report/json_file.h"
-#include "tools/report/page_data.h"
 #include "tools/report/run_data.h"
 
 namespace lodestone {

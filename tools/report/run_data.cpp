@@ -12,7 +12,7 @@
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/point_cloud_file.h"
-#include "tools/base64.h"
+#include "tools/markup.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/estimator_data.h"
 #include "tools/report/field_raster.h"

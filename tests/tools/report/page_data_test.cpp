@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "tests/tools/program_runner.h"
-#include "tools/base64.h"
+#include "tools/markup.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/field_raster.h"
 #include "tools/report/time_buckets.h"

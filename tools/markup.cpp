@@ -1,4 +1,6 @@
-#include "tools/base64.h"
+#include "tools/markup.h"
+
+#include <fmt/format.h>
 
 #include <cstdint>
 
@@ -17,6 +19,33 @@ std::string base64(std::string_view bytes) {
   }
   for (std::size_t i = 0; i < (3 - bytes.size() % 3) % 3; ++i) text[text.size() - 1 - i] = '=';
   return text;
+}
+
+std::string data_uri(std::string_view media_type, std::string_view bytes) {
+  return fmt::format("data:{};base64,{}", media_type, base64(bytes));
+}
+
+std::string escape_html(std::string_view text) {
+  std::string safe;
+  for (const char letter : text) {
+    switch (letter) {
+      case '&':
+        safe += "&amp;";
+        break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      default:
+        safe += letter;
+    }
+  }
+  return safe;
 }
 
 }  // namespace lodestone
