@@ -31,19 +31,6 @@ bool has_poses(const std::filesystem::path& path) {
   return false;
 }
 
-void add_trajectory(Json& json, const Trajectory& trajectory, const TimeBuckets& buckets) {
-  std::vector<Time> times;
-  std::array<std::vector<double>, 3> positions;
-  for (const StampedPose& pose : trajectory) {
-    times.push_back(pose.time);
-    for (int axis = 0; axis < 3; ++axis) positions[axis].push_back(pose.pose.position(axis));
-  }
-  constexpr std::array<const char*, 3> kNames{"x", "y", "z"};
-  for (int axis = 0; axis < 3; ++axis) {
-    json[kNames[axis]] = with_decimals(buckets.summarize(times, positions[axis], Summary::last), kPositionDecimals);
-  }
-}
-
 double position_sigma_m(const Matrix6& covariance) {
   return std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
 }
@@ -121,9 +108,23 @@ EstimatorFiles read_estimator(const std::filesystem::path& folder) {
   return files;
 }
 
+Json position_series(const Trajectory& trajectory, const TimeBuckets& buckets) {
+  std::vector<Time> times;
+  std::array<std::vector<double>, 3> positions;
+  for (const StampedPose& pose : trajectory) {
+    times.push_back(pose.time);
+    for (int axis = 0; axis < 3; ++axis) positions[axis].push_back(pose.pose.position(axis));
+  }
+  Json json;
+  constexpr std::array<const char*, 3> kNames{"x", "y", "z"};
+  for (int axis = 0; axis < 3; ++axis) {
+    json[kNames[axis]] = with_decimals(buckets.summarize(times, positions[axis], Summary::last), kPositionDecimals);
+  }
+  return json;
+}
+
 Json estimator_series(const EstimatorFiles& files, const Trajectory* truth, const TimeBuckets& buckets) {
-  Json json = Json::object();
-  add_trajectory(json, files.trajectory, buckets);
+  Json json = position_series(files.trajectory, buckets);
   add_sigmas(json, files, buckets);
   if (truth != nullptr) add_errors(json, files, *truth, buckets);
   add_diagnostics(json, files, buckets);

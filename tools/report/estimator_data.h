@@ -27,6 +27,9 @@ struct EstimatorFiles {
 /// malformed.
 EstimatorFiles read_estimator(const std::filesystem::path& folder);
 
+/// The positions on the axis of `buckets`: x, y, z, metres.
+nlohmann::ordered_json position_series(const Trajectory& trajectory, const TimeBuckets& buckets);
+
 /// Series of an estimator on the axis of `buckets`, as columns by name: x, y, z, sigma, sigma_heading, direction_1 to
 /// 6, degenerate, weight, shrink, residual. With `truth` (may be null; interpolated at scan ends), also error, heading
 /// and `distribution`: quantiles of the error for shares 0, 1/400, … 1 of the scans.

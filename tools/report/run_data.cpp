@@ -97,23 +97,6 @@ Json cloud_json(const fs::path& path, double spacing_m, std::size_t limit) {
   return json;
 }
 
-void add_truth(Json& json, const Trajectory& truth, const TimeBuckets& buckets) {
-  std::vector<Time> times;
-  std::vector<double> x;
-  std::vector<double> y;
-  std::vector<double> z;
-  for (const StampedPose& pose : truth) {
-    times.push_back(pose.time);
-    x.push_back(pose.pose.position.x());
-    y.push_back(pose.pose.position.y());
-    z.push_back(pose.pose.position.z());
-  }
-  const auto series = [&](const std::vector<double>& values) {
-    return with_decimals(buckets.summarize(times, values, Summary::last), 3);
-  };
-  json["truth"] = {{"x", series(x)}, {"y", series(y)}, {"z", series(z)}};
-}
-
 /// A value of the call as text: a list becomes one text; nothing if empty.
 Json display_value(const Json& list) {
   if (list.is_boolean()) return list.get<bool>() ? "yes" : "no";
@@ -171,7 +154,7 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
   Trajectory truth;
   if (fs::exists(overview / "truth.tum")) {
     truth = read_tum((overview / "truth.tum").string());
-    add_truth(json, truth, buckets);
+    json["truth"] = position_series(truth, buckets);
   }
   const std::string configuration =
       fs::exists(folder / "config.yaml") ? read_text_file((folder / "config.yaml").string()) : std::string();
