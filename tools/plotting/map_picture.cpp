@@ -31,14 +31,6 @@ PlanExtent drawn_extent(const MagneticMap* map, const Trajectory& truth, const s
   return extent;
 }
 
-double mean_height(const Trajectory& truth, const std::vector<PictureSeries>& series) {
-  const Trajectory* trajectory = &truth;
-  if (truth.empty() && !series.empty()) trajectory = &series.front().trajectory;
-  double sum = 0.0;
-  for (const StampedPose& pose : *trajectory) sum += pose.pose.position.z();
-  return trajectory->empty() ? 0.0 : sum / static_cast<double>(trajectory->size());
-}
-
 /// Colours range from the 1 % to the 99 % quantile, so that single strong nodes do not dominate the scale.
 Scale strength_range(const MagneticMap& map) {
   std::vector<float> strengths;
@@ -75,6 +67,7 @@ void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, 
 void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map, const Trajectory& truth,
                       const std::vector<PictureSeries>& series) {
   constexpr double kLegendTop = 44.0;
+  const Trajectory& leading = truth.empty() && !series.empty() ? series.front().trajectory : truth;
   const bool tracks = !truth.empty() || !series.empty();
   const double plot_top = tracks ? 100.0 : 60.0;  // a map alone has no legend
   const PlanSheet sheet = plan_sheet(drawn_extent(map, truth, series), plot_top);
@@ -90,7 +83,7 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
   Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
   if (map != nullptr) {
     const Scale strength = strength_range(*map);
-    draw_field(canvas, sheet, *map, mean_height(truth, series), strength);
+    draw_field(canvas, sheet, *map, mean_height(leading), strength);
     draw_color_bar(canvas, sheet.color_bar(), strength, ColorRamp::heat, "|B| µT");
   } else {
     axes.grid(sheet.x_ticks, sheet.y_ticks);
@@ -111,7 +104,6 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
     draw_track(canvas, axes, series[i].trajectory, series_color(i), width);
     legend.push_back({series[i].name, series_color(i), width});
   }
-  const Trajectory& leading = truth.empty() && !series.empty() ? series.front().trajectory : truth;
   if (!leading.empty()) {
     const Vector3& start = leading.front().pose.position;
     canvas.disk(axes.at(start.x(), start.y()), 7.0, ink::white);

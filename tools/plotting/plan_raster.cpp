@@ -160,6 +160,12 @@ cv::Mat1b without_value(const cv::Mat1f& values) {
   return mask;
 }
 
+double mean_height(const Trajectory& drive) {
+  double sum = 0.0;
+  for (const StampedPose& pose : drive) sum += pose.pose.position.z();
+  return drive.empty() ? 0.0 : sum / static_cast<double>(drive.size());
+}
+
 double quantile(const cv::Mat1f& values, double share) {
   std::vector<float> known;
   std::copy_if(values.begin(), values.end(), std::back_inserter(known),

@@ -3,6 +3,7 @@
 #include <limits>
 #include <opencv2/core/mat.hpp>
 
+#include "core/geometry/trajectory.h"
 #include "core/magnetometer/magnetic_difference.h"
 #include "core/magnetometer/magnetic_map.h"
 #include "tools/plotting/plan_sheet.h"
@@ -61,6 +62,9 @@ cv::Mat1f values_at(const PlanRaster& raster, const PlanPoints& points,
 
 /// 255 for pixels without value, otherwise 0. OpenCV's comparison treats NaN as equal to itself.
 cv::Mat1b without_value(const cv::Mat1f& values);
+
+/// The mean z of a drive, metres; 0 if it is empty.
+double mean_height(const Trajectory& drive);
 
 /// The quantile for a share (0 to 1) of the finite values; NaN if there are none.
 double quantile(const cv::Mat1f& values, double share);

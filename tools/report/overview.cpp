@@ -46,12 +46,6 @@ PlanExtent box_around(const Trajectory& drive) {
   return {box.x_low - kSurroundings, box.x_high + kSurroundings, box.y_low - kSurroundings, box.y_high + kSurroundings};
 }
 
-double mean_height(const Trajectory& drive) {
-  double sum = 0.0;
-  for (const StampedPose& pose : drive) sum += pose.pose.position.z();
-  return sum / static_cast<double>(drive.size());
-}
-
 }  // namespace
 
 void write_overview(const std::filesystem::path& folder, const OverviewInput& input) {
