@@ -18,10 +18,6 @@ constexpr double silent_s = 0.5;            // at the begin or end of the sample
 constexpr double leap_s = 10.0;
 constexpr double foreign_clock_s = 1.0;  // offset from the recorder's clock; a note
 
-double median_s(std::vector<double> values) {
-  return values.empty() ? 0.0 : summarize(values).median;
-}
-
 /// Checks the stamps of one sensor.
 class StreamCheck {
  public:
@@ -95,7 +91,7 @@ class StreamCheck {
   }
 
   void check_rate() {
-    period_s_ = median_s(intervals_);
+    period_s_ = summarize(intervals_).median;
     const double nominal = nominal_s();
     if (nominal <= 0.0 || period_s_ <= 0.0 || intervals_.size() < 5) return;
     if (std::abs(period_s_ / nominal - 1.0) < rate_tolerance) return;
@@ -151,7 +147,7 @@ class StreamCheck {
     for (std::size_t i = 0; i < stream_.stamps.size(); ++i) {
       lags.push_back(to_seconds(stream_.record_times[i] - stream_.stamps[i]));
     }
-    const double lag_s = median_s(lags);
+    const double lag_s = summarize(lags).median;
     if (std::abs(lag_s) < foreign_clock_s) return;
     add(Severity::note, "clock",
         fmt::format("stamps are {:.3f} s {} the recorder's clock", std::abs(lag_s), lag_s > 0.0 ? "behind" : "before"),

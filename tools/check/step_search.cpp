@@ -17,7 +17,7 @@ double spread_of(std::span<const Vector3> series) {
   for (std::size_t i = 1; i < series.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) steps.push_back(std::abs(series[i][axis] - series[i - 1][axis]));
   }
-  return steps.empty() ? 0.0 : normal_sigma * summarize(steps).median / std::numbers::sqrt2;
+  return normal_sigma * summarize(steps).median / std::numbers::sqrt2;
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ Vector3 component_medians(std::span<const Vector3> vectors) {
 double median_length(std::span<const Vector3> vectors) {
   std::vector<double> sizes;
   for (const Vector3& vector : vectors) sizes.push_back(vector.norm());
-  return sizes.empty() ? 0.0 : summarize(sizes).median;
+  return summarize(sizes).median;
 }
 
 }  // namespace lodestone
