@@ -1,8 +1,6 @@
 #include "frontends/logs/log_writer.h"
 
-#include "frontends/logs/mcap/mcap_writer.h"
 #include "frontends/logs/ros1/bag_writer.h"
-#include "frontends/logs/ros2/sqlite_writer.h"
 
 namespace lodestone {
 namespace {
@@ -39,8 +37,7 @@ std::unique_ptr<LogWriter> make_log_writer(const std::string& path, LogFormat fo
   if (!can_pack(format, codec))
     throw std::invalid_argument("make_log_writer: the format does not support this compression");
   if (format == LogFormat::rosbag) return std::make_unique<RosbagWriter>(path, codec);
-  if (format == LogFormat::mcap) return std::make_unique<McapWriter>(path, codec);
-  return std::make_unique<SqliteWriter>(path, codec);
+  return format == LogFormat::mcap ? make_mcap_writer(path, codec) : make_sqlite_writer(path, codec);
 }
 
 }  // namespace lodestone

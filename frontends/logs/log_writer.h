@@ -33,4 +33,8 @@ bool can_pack(LogFormat format, Codec codec);
 /// Throws InputError if the file cannot be written, std::invalid_argument if the format does not support `codec`.
 std::unique_ptr<LogWriter> make_log_writer(const std::string& path, LogFormat format, Codec codec);
 
+/// The writers of ROS 2 messages: an MCAP file, and a bag as an SQLite file.
+std::unique_ptr<LogWriter> make_mcap_writer(const std::string& path, Codec codec);
+std::unique_ptr<LogWriter> make_sqlite_writer(const std::string& path, Codec codec);
+
 }  // namespace lodestone

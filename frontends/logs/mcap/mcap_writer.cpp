@@ -1,5 +1,3 @@
-#include "frontends/logs/mcap/mcap_writer.h"
-
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -9,6 +7,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/output_file.h"
+#include "frontends/logs/log_writer.h"
 #include "frontends/logs/mcap/mcap_records.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/topic_list.h"
@@ -61,10 +60,15 @@ struct WrittenChannel {
   std::vector<IndexEntry> index;  ///< of the messages in the open chunk
 };
 
-}  // namespace
-
-struct McapWriter::Implementation {
-  Implementation(const std::string& path_in, Codec codec_in) : path(path_in), file(path_in), codec(codec_in) {}
+/// Chunks of about one megabyte with indexes, a summary, checksums.
+struct McapWriter final : LogWriter {
+  McapWriter(const std::string& path_in, Codec codec_in) : path(path_in), file(path_in), codec(codec_in) {
+    put_magic();
+    put(mcap::Opcode::header, Content().text("ros2").text("lodestone"));
+  }
+  Encoding encoding() const override { return Encoding::cdr; }
+  void write(const TopicInfo& topic, const RawMessage& message) override;
+  void close() override;
 
   std::string path;
   OutputFile file;
@@ -93,7 +97,7 @@ struct McapWriter::Implementation {
   void put_summary();
 };
 
-WrittenChannel& McapWriter::Implementation::channel_of(const TopicInfo& topic) {
+WrittenChannel& McapWriter::channel_of(const TopicInfo& topic) {
   const auto [entry, is_new] = channels.try_emplace(topic.name);
   WrittenChannel& channel = entry->second;
   if (!is_new) return channel;
@@ -123,7 +127,7 @@ WrittenChannel& McapWriter::Implementation::channel_of(const TopicInfo& topic) {
   return channel;
 }
 
-void McapWriter::Implementation::end_chunk() {
+void McapWriter::end_chunk() {
   if (chunk.size() == 0) return;
   const std::vector<std::uint8_t> packed = pack(codec, chunk.bytes());
   const char* name = codec == Codec::lz4 ? "lz4" : codec == Codec::zstd ? "zstd" : "";
@@ -154,7 +158,7 @@ void McapWriter::Implementation::end_chunk() {
   chunk.clear();
 }
 
-void McapWriter::Implementation::put_summary() {
+void McapWriter::put_summary() {
   put(mcap::Opcode::data_end, Content().number(std::uint32_t{0}));
   const std::uint64_t summary = offset;
   put(definitions.bytes());
@@ -168,43 +172,38 @@ void McapWriter::Implementation::put_summary() {
   put(mcap::Opcode::footer, Content().number(summary).number(std::uint64_t{0}).number(std::uint32_t{0}));
 }
 
-McapWriter::McapWriter(const std::string& path, Codec codec)
-    : implementation_(std::make_unique<Implementation>(path, codec)) {
-  implementation_->put_magic();
-  implementation_->put(mcap::Opcode::header, Content().text("ros2").text("lodestone"));
-}
-
-McapWriter::~McapWriter() = default;
-
 void McapWriter::write(const TopicInfo& topic, const RawMessage& message) {
-  Implementation& self = *implementation_;
   if (message.record_time < 0) {
-    throw InputError(fmt::format("{}: a record time of {} ns cannot be written", self.path, message.record_time));
+    throw InputError(fmt::format("{}: a record time of {} ns cannot be written", path, message.record_time));
   }
   const auto time = static_cast<std::uint64_t>(message.record_time);
-  const bool new_chunk = self.chunk.size() == 0;
-  WrittenChannel& channel = self.channel_of(topic);
-  channel.index.push_back({time, self.chunk.size()});
+  const bool new_chunk = chunk.size() == 0;
+  WrittenChannel& channel = channel_of(topic);
+  channel.index.push_back({time, chunk.size()});
   // Prefix, channel, sequence, log and publish time, payload. Written directly, without a copy of the payload.
-  self.chunk.number(std::uint8_t{mcap::Opcode::message})
-      .number(std::uint64_t{mcap::MessageHeader::bytes + message.size});
-  self.chunk.number(channel.id).number(static_cast<std::uint32_t>(channel.messages)).number(time).number(time);
-  self.chunk.raw({message.data, message.size});
-  self.chunk_begin = new_chunk ? time : std::min(self.chunk_begin, time);
-  self.chunk_end = new_chunk ? time : std::max(self.chunk_end, time);
-  self.begin = self.messages == 0 ? time : std::min(self.begin, time);
-  self.end = std::max(self.end, time);
-  ++self.messages;
+  chunk.number(std::uint8_t{mcap::Opcode::message}).number(std::uint64_t{mcap::MessageHeader::bytes + message.size});
+  chunk.number(channel.id).number(static_cast<std::uint32_t>(channel.messages)).number(time).number(time);
+  chunk.raw({message.data, message.size});
+  chunk_begin = new_chunk ? time : std::min(chunk_begin, time);
+  chunk_end = new_chunk ? time : std::max(chunk_end, time);
+  begin = messages == 0 ? time : std::min(begin, time);
+  end = std::max(end, time);
+  ++messages;
   ++channel.messages;
-  if (self.chunk.size() >= chunk_bytes) self.end_chunk();
+  if (chunk.size() >= chunk_bytes) end_chunk();
 }
 
 void McapWriter::close() {
-  Implementation& self = *implementation_;
-  self.end_chunk();
-  self.put_summary();
-  self.put_magic();
-  self.file.commit();
+  end_chunk();
+  put_summary();
+  put_magic();
+  file.commit();
+}
+
+}  // namespace
+
+std::unique_ptr<LogWriter> make_mcap_writer(const std::string& path, Codec codec) {
+  return std::make_unique<McapWriter>(path, codec);
 }
 
 }  // namespace lodestone

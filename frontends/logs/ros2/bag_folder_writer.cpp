@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "frontends/configuration/aside.h"
 #include "frontends/configuration/text_file.h"
-#include "frontends/logs/ros2/sqlite_writer.h"
 #include "frontends/messages/topic_list.h"
 
 namespace lodestone {
@@ -50,7 +49,7 @@ BagFolderWriter::BagFolderWriter(const std::string& path) : path_(without_slash(
   if (error)
     throw InputError(fmt::format("{}: cannot create the folder: {}; choose another --out", path_, error.message()));
   try {
-    file_ = std::make_unique<SqliteWriter>((fs::path(aside_) / file_name).string(), Codec::none);
+    file_ = make_sqlite_writer((fs::path(aside_) / file_name).string(), Codec::none);
   } catch (...) {
     fs::remove_all(aside_, error);
     throw;

@@ -1,5 +1,3 @@
-#include "frontends/logs/ros2/sqlite_writer.h"
-
 #include <fmt/format.h>
 #include <sqlite3.h>
 
@@ -10,15 +8,25 @@
 
 #include "core/error.h"
 #include "frontends/configuration/aside.h"
+#include "frontends/logs/log_writer.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/topic_list.h"
 
 namespace lodestone {
 
-struct SqliteWriter::Implementation {
+namespace {
+
+/// The tables of rosbag2's schema 4.
+struct SqliteWriter final : LogWriter {
+  SqliteWriter(const std::string& path_in, Codec codec_in);
+  ~SqliteWriter() override;
+  Encoding encoding() const override { return Encoding::cdr; }
+  void write(const TopicInfo& topic, const RawMessage& message) override;
+  void close() override;
+
   std::string path, aside;
-  Codec codec = Codec::none;
+  Codec codec;
   SqliteDatabase database;
   std::optional<SqliteStatement> insert;
   std::map<std::string, std::int64_t> topics;
@@ -31,7 +39,7 @@ struct SqliteWriter::Implementation {
   std::int64_t id_of(const TopicInfo& topic);
 };
 
-void SqliteWriter::Implementation::open() {
+void SqliteWriter::open() {
   std::error_code ignored;
   std::filesystem::remove(aside, ignored);
   database = open_sqlite(aside, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX);
@@ -53,7 +61,7 @@ void SqliteWriter::Implementation::open() {
   insert.emplace(database.get(), "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)");
 }
 
-std::int64_t SqliteWriter::Implementation::id_of(const TopicInfo& topic) {
+std::int64_t SqliteWriter::id_of(const TopicInfo& topic) {
   const auto [entry, is_new] = topics.try_emplace(topic.name, static_cast<std::int64_t>(topics.size()) + 1);
   if (!is_new) return entry->second;
   const std::string type = ros2_type_name(topic.type);
@@ -83,55 +91,54 @@ std::int64_t SqliteWriter::Implementation::id_of(const TopicInfo& topic) {
   return entry->second;
 }
 
-SqliteWriter::SqliteWriter(const std::string& path, Codec codec) : implementation_(std::make_unique<Implementation>()) {
-  Implementation& self = *implementation_;
-  self.path = path;
-  self.aside = aside_name(path);
-  self.codec = codec;
+SqliteWriter::SqliteWriter(const std::string& path_in, Codec codec_in)
+    : path(path_in), aside(aside_name(path_in)), codec(codec_in) {
   try {
-    self.open();
+    open();
   } catch (const SqliteError& error) {
-    self.fail(error.what());
+    fail(error.what());
   }
 }
 
 SqliteWriter::~SqliteWriter() {
-  Implementation& self = *implementation_;
-  if (self.database == nullptr) return;
-  self.insert.reset();
-  self.database.reset();
+  if (database == nullptr) return;
+  insert.reset();
+  database.reset();
   std::error_code ignored;
-  std::filesystem::remove(self.aside, ignored);
+  std::filesystem::remove(aside, ignored);
 }
 
 void SqliteWriter::write(const TopicInfo& topic, const RawMessage& message) {
-  Implementation& self = *implementation_;
   const std::span<const std::uint8_t> bytes(message.data, message.size);
   try {
-    const std::vector<std::uint8_t> packed =
-        self.codec == Codec::none ? std::vector<std::uint8_t>{} : pack(self.codec, bytes);
-    self.insert->reset();
-    self.insert->bind(1, self.id_of(topic));
-    self.insert->bind(2, message.record_time);
-    self.insert->bind(3, self.codec == Codec::none ? bytes : std::span<const std::uint8_t>(packed));
-    self.insert->step();
+    const std::vector<std::uint8_t> packed = codec == Codec::none ? std::vector<std::uint8_t>{} : pack(codec, bytes);
+    insert->reset();
+    insert->bind(1, id_of(topic));
+    insert->bind(2, message.record_time);
+    insert->bind(3, codec == Codec::none ? bytes : std::span<const std::uint8_t>(packed));
+    insert->step();
   } catch (const SqliteError& error) {
-    self.fail(error.what());
+    fail(error.what());
   }
 }
 
 void SqliteWriter::close() {
-  Implementation& self = *implementation_;
   try {
-    execute_sqlite(self.database.get(), "COMMIT");
+    execute_sqlite(database.get(), "COMMIT");
   } catch (const SqliteError& error) {
-    self.fail(error.what());
+    fail(error.what());
   }
-  self.insert.reset();
-  self.database.reset();
+  insert.reset();
+  database.reset();
   std::error_code error;
-  std::filesystem::rename(self.aside, self.path, error);
-  if (error) self.fail(error.message());
+  std::filesystem::rename(aside, path, error);
+  if (error) fail(error.message());
+}
+
+}  // namespace
+
+std::unique_ptr<LogWriter> make_sqlite_writer(const std::string& path, Codec codec) {
+  return std::make_unique<SqliteWriter>(path, codec);
 }
 
 }  // namespace lodestone
