@@ -3,22 +3,6 @@
 #include "frontends/logs/ros1/bag_writer.h"
 
 namespace lodestone {
-namespace {
-
-class RosbagWriter : public LogWriter {
- public:
-  RosbagWriter(const std::string& path, Codec codec) : writer_(path, codec) {}
-  Encoding encoding() const override { return Encoding::ros1; }
-  void write(const TopicInfo& topic, const RawMessage& message) override {
-    writer_.write(topic, message.record_time, message.data, message.size, message.publisher);
-  }
-  void close() override { writer_.close(); }
-
- private:
-  ros1::BagWriter writer_;
-};
-
-}  // namespace
 
 bool can_pack(LogFormat format, Codec codec) {
   if (codec == Codec::none) return true;
@@ -36,7 +20,7 @@ bool can_pack(LogFormat format, Codec codec) {
 std::unique_ptr<LogWriter> make_log_writer(const std::string& path, LogFormat format, Codec codec) {
   if (!can_pack(format, codec))
     throw std::invalid_argument("make_log_writer: the format does not support this compression");
-  if (format == LogFormat::rosbag) return std::make_unique<RosbagWriter>(path, codec);
+  if (format == LogFormat::rosbag) return std::make_unique<ros1::BagWriter>(path, codec);
   return format == LogFormat::mcap ? make_mcap_writer(path, codec) : make_sqlite_writer(path, codec);
 }
 

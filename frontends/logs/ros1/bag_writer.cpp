@@ -165,7 +165,7 @@ void BagWriter::write(const std::string& topic, Time record_time, const Message&
   TopicInfo info;
   info.name = topic;
   info.type = writing::type_of(message);
-  write(info, record_time, bytes.data(), bytes.size());
+  write(info, {record_time, 0, bytes.data(), bytes.size(), nullptr});
 }
 
 template void BagWriter::write(const std::string&, Time, const PointCloudMessage&);
@@ -174,9 +174,9 @@ template void BagWriter::write(const std::string&, Time, const ImuMessage&);
 template void BagWriter::write(const std::string&, Time, const MagneticFieldMessage&);
 template void BagWriter::write(const std::string&, Time, const OdometryMessage&);
 
-void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8_t* data, std::size_t size,
-                      const Publisher* publisher) {
+void BagWriter::write(const TopicInfo& topic, const RawMessage& message) {
   Implementation& self = *implementation_;
+  const Time record_time = message.record_time;
   self.check_time(record_time);
   TopicInfo described = topic;
   if (described.md5.empty()) {
@@ -191,12 +191,12 @@ void BagWriter::write(const TopicInfo& topic, Time record_time, const std::uint8
     described.definition = ros1_definition(type);
   }
   const bool new_chunk = self.chunk.empty();
-  const std::uint32_t connection = self.connection_of(described, publisher);
+  const std::uint32_t connection = self.connection_of(described, message.publisher);
   self.indexes[connection] += time_bytes(record_time) + number(static_cast<std::uint32_t>(self.chunk.size()));
   self.chunk += sized(fields(
       {{"conn", number(connection)}, {"op", operation(BagOperation::message)}, {"time", time_bytes(record_time)}}));
-  self.chunk += number(static_cast<std::uint32_t>(size));
-  self.chunk.append(reinterpret_cast<const char*>(data), size);
+  self.chunk += number(static_cast<std::uint32_t>(message.size));
+  self.chunk.append(reinterpret_cast<const char*>(message.data), message.size);
   self.chunk_begin = new_chunk ? record_time : std::min(self.chunk_begin, record_time);
   self.chunk_end = new_chunk ? record_time : std::max(self.chunk_end, record_time);
   if (self.chunk.size() > chunk_bytes) self.end_chunk();

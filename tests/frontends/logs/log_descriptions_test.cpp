@@ -117,9 +117,9 @@ TEST(LogDescriptions, OfRos1KeepEachPublisher) {
     const std::vector<std::uint8_t> bytes(4);
     Time time = described_start;
     for (const Publisher* publisher : {&first, &second, &first})
-      writer.write(topic, ++time, bytes.data(), bytes.size(), publisher);
-    writer.write(other, ++time, bytes.data(), bytes.size(), &plain);
-    writer.write(other, ++time, bytes.data(), bytes.size());
+      writer.write(topic, {++time, 0, bytes.data(), bytes.size(), publisher});
+    writer.write(other, {++time, 0, bytes.data(), bytes.size(), &plain});
+    writer.write(other, {++time, 0, bytes.data(), bytes.size()});
     writer.close();
   }
   const std::string content = read_text_file(folder / "log.bag");
@@ -183,8 +183,8 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
     ros1::BagWriter writer(folder / "log.bag", Codec::none);
     Time time = described_start;
     for (const Sent& each : sent) {
-      writer.write(*each.topic, ++time, reinterpret_cast<const std::uint8_t*>(each.bytes.data()), each.bytes.size(),
-                   each.publisher);
+      writer.write(*each.topic, {++time, 0, reinterpret_cast<const std::uint8_t*>(each.bytes.data()), each.bytes.size(),
+                                 each.publisher});
     }
     writer.close();
   }
@@ -206,7 +206,8 @@ TEST(LogDescriptions, APartOfRos1BeginsWithWhatWasLatched) {
   {
     ros1::BagWriter writer(folder / "parts/1.bag", Codec::none);
     const std::vector<std::uint8_t> bytes(4);
-    for (const Time after : {8, 9}) writer.write(fixed, described_start + after, bytes.data(), bytes.size(), &first);
+    for (const Time after : {8, 9})
+      writer.write(fixed, {described_start + after, 0, bytes.data(), bytes.size(), &first});
     writer.close();
   }
   EXPECT_EQ(store_part(folder / "parts", folder / "part.bag", LogFormat::rosbag, described_start + 9).latched, 2);

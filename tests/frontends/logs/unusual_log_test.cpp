@@ -43,7 +43,7 @@ void write_mixed_bag(const std::string& path) {
   Time time = unusual_start;
   const auto write = [&](const TopicInfo& topic, int numbers, const Publisher& node) {
     const std::vector<std::uint8_t> bytes = message_of_numbers(++time, numbers);
-    writer.write(topic, time, bytes.data(), bytes.size(), &node);
+    writer.write(topic, {time, 0, bytes.data(), bytes.size(), &node});
   };
   for (int i = 0; i < 3; ++i) {
     write(imu, 37, nodes[0]);

@@ -166,7 +166,7 @@ TEST(MessagePaths, AnImuAndItsMagnetometersComeFromOneMessage) {
   for (int i = 0; i < 300; ++i) {
     const Time time = board_time + i * 5'000'000;
     const auto bytes = board_message<Ros1WireWriter>(2, time);
-    writer.write(topic, time + 2'000'000, bytes.data(), bytes.size());
+    writer.write(topic, {time + 2'000'000, 0, bytes.data(), bytes.size()});
   }
   writer.close();
   Platform platform;

@@ -66,7 +66,7 @@ class StaticTransformsOfALog : public ::testing::Test {
     const std::string path = folder_ / "log.bag";
     ros1::BagWriter writer(path, Codec::none);
     writer.write({"/tf_static", "tf2_msgs/TFMessage", Encoding::ros1, 0, 0, 0, "94810edda583a504dfda3829e70d7eec", ""},
-                 1'700'000'000'000'000'000, bytes.data(), bytes.size());
+                 {1'700'000'000'000'000'000, 0, bytes.data(), bytes.size()});
     writer.close();
     return path;
   }

@@ -40,7 +40,7 @@ class LogSampleTest : public ::testing::Test {
       wire.number(std::uint32_t{6});
       for (int k = 0; k < 6; ++k) wire.number(1e-6 * (10.0 * k + std::sin(12.9898 * i + 78.2 * k)));
       const std::vector<std::uint8_t> bytes = wire.take();
-      writer.write(array, time, bytes.data(), bytes.size());
+      writer.write(array, {time, 0, bytes.data(), bytes.size()});
       if (i % 20 == 0) log.write_scan(writer, i / 20);
     }
     writer.close();

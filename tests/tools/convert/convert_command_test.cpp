@@ -101,8 +101,8 @@ TEST_F(ConvertCommand, APartSaysWhatWasLatchedBeforeIt) {
   const std::vector<std::uint8_t> bytes(4);
   {
     ros1::BagWriter writer(path("log.bag"), Codec::none);
-    writer.write(fixed, from_seconds(100.0), bytes.data(), bytes.size(), &latching);
-    for (int i = 0; i < 10; ++i) writer.write(moving, from_seconds(100.0 + i), bytes.data(), bytes.size(), &plain);
+    writer.write(fixed, {from_seconds(100.0), 0, bytes.data(), bytes.size(), &latching});
+    for (int i = 0; i < 10; ++i) writer.write(moving, {from_seconds(100.0 + i), 0, bytes.data(), bytes.size(), &plain});
     writer.close();
   }
   const ProgramResult result = run_lodestone("convert " + path("log.bag") + " --from 5 --out " + path("part.bag"));

@@ -138,7 +138,7 @@ TEST_F(PlatformDraftTest, MountsTheSensorsByStaticTransformsOfRos1) {
   }
   const std::vector<std::uint8_t> bytes = wire.take();
   writer.write({"/tf_static", "tf2_msgs/TFMessage", Encoding::ros1, 0, 0, 0, "94810edda583a504dfda3829e70d7eec", ""},
-               SyntheticLog{}.start, bytes.data(), bytes.size());
+               {SyntheticLog{}.start, 0, bytes.data(), bytes.size()});
   writer.close();
   const CommentedPlatform commented = draft({"log.bag", "tf.bag"});
   expect_mounted(loaded(commented));
@@ -321,7 +321,7 @@ TEST_F(PlatformDraftTest, PacketsOfALidarAreRefusedWithTheTopics) {
   packets.definition = "uint8 data";
   ros1::BagWriter writer(folder_ / "packets.bag", Codec::none);
   const std::uint8_t byte = 0;
-  writer.write(packets, 1'700'000'000'000'000'000, &byte, 1);
+  writer.write(packets, {1'700'000'000'000'000'000, 0, &byte, 1});
   writer.close();
   EXPECT_THAT(testing::message_of<InputError>([&]() {
                 draft({"log.bag", "packets.bag"});
