@@ -8,12 +8,8 @@
 #include "frontends/configuration/platform_lidars.h"
 #include "tools/check/acceleration_checks.h"
 #include "tools/check/imu_checks.h"
-#include "tools/check/magnetometer_checks.h"
 #include "tools/check/rotation_checks.h"
-#include "tools/check/scan_checks.h"
-#include "tools/check/stamp_checks.h"
-#include "tools/check/topic_checks.h"
-#include "tools/check/wheel_checks.h"
+#include "tools/check/sensor_checks.h"
 
 namespace lodestone {
 namespace {

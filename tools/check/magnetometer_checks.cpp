@@ -1,5 +1,3 @@
-#include "tools/check/magnetometer_checks.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include "core/magnetometer/magnetometer_monitor.h"
 #include "frontends/messages/sensor_checks.h"
 #include "frontends/messages/stream_decoder.h"
+#include "tools/check/sensor_checks.h"
 
 namespace lodestone {
 namespace {

@@ -1,5 +1,3 @@
-#include "tools/check/scan_checks.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include "core/evaluation/statistics.h"
 #include "frontends/configuration/platform_lidars.h"
 #include "frontends/messages/point_cloud_decoder.h"
+#include "tools/check/sensor_checks.h"
 
 namespace lodestone {
 namespace {

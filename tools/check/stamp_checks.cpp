@@ -1,5 +1,3 @@
-#include "tools/check/stamp_checks.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "core/evaluation/statistics.h"
 #include "frontends/configuration/platform_lidars.h"
+#include "tools/check/sensor_checks.h"
 
 namespace lodestone {
 namespace {

@@ -1,11 +1,10 @@
-#include "tools/check/topic_checks.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "core/nearest_name.h"
 #include "frontends/messages/known_types.h"
+#include "tools/check/sensor_checks.h"
 
 namespace lodestone {
 namespace {

@@ -1,10 +1,9 @@
-#include "tools/check/wheel_checks.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "tools/check/sensor_checks.h"
 #include "tools/check/turn_integral.h"
 
 namespace lodestone {

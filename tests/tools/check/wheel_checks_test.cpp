@@ -1,11 +1,9 @@
-#include "tools/check/wheel_checks.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tools/check/topic_checks.h"
+#include "tools/check/sensor_checks.h"
 
 namespace lodestone {
 namespace {
