@@ -1,5 +1,3 @@
-#include "frontends/messages/result_definitions.h"
-
 #include <algorithm>
 #include <map>
 #include <sstream>
@@ -7,6 +5,7 @@
 #include <vector>
 
 #include "frontends/messages/known_types.h"
+#include "frontends/messages/result_messages.h"
 
 namespace lodestone {
 namespace {
@@ -51,8 +50,7 @@ void collect_types(const std::string& fields, std::vector<std::string>& types) {
   }
 }
 
-}  // namespace
-
+/// The definition of a type with its dependencies, in the format of ROS 2's recorders (ros2msg).
 std::string result_definition(const std::string& type) {
   if (message_type(type) == MessageType::point_cloud) return ros2_definition(MessageType::point_cloud);
   const auto found = result_fields().find(type);
@@ -64,6 +62,18 @@ std::string result_definition(const std::string& type) {
     text.append(80, '=').append("\nMSG: ").append(name).append("\n").append(result_fields().at(name));
   }
   return text;
+}
+
+}  // namespace
+
+TopicInfo result_topic(const std::string& name, const std::string& type) {
+  TopicInfo topic;
+  topic.name = name;
+  topic.type = type;
+  topic.encoding = Encoding::cdr;
+  topic.definition = result_definition(type);
+  topic.definition_encoding = "ros2msg";
+  return topic;
 }
 
 }  // namespace lodestone
