@@ -14,13 +14,14 @@ namespace lodestone::ablation {
 
 namespace {
 
+using reproduce::kLost;
+using reproduce::kMissing;
+using reproduce::kNothing;
+using reproduce::number_cell;
 using reproduce::ResultTable;
 using reproduce::RunFigures;
 
 constexpr const char* kFigure = "ate_m";
-constexpr const char* kLost = "/";
-constexpr const char* kNothing = "-";
-constexpr const char* kMissing = "…";
 
 constexpr const char* kSummaryNote =
     "Ratios are variant over baseline, geometric means over pairs of runs (the same drive, range and seed) in which "
@@ -28,10 +29,6 @@ constexpr const char* kSummaryNote =
     "track, with Student's 95 % interval; over drives: each drive's seeds as one. Lost: runs more than 1 m off at any "
     "time, or "
     "not at the end; losing track alone counts as worse.";
-
-std::string number(const std::optional<double>& value, int digits) {
-  return value ? fmt::format("{:.{}f}", *value, digits) : kNothing;
-}
 
 std::string ratio_text(const std::optional<RatioEstimate>& estimate) {
   return estimate ? fmt::format("{:.3f}", estimate->ratio) : kNothing;
@@ -137,7 +134,7 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
     std::vector<std::string> row{
         ablation.variants[i].name,
         ate.done < ate.pairs ? fmt::format("{} of {}", ate.done, ate.pairs) : fmt::format("{}", ate.pairs),
-        fmt::format("{}", ate.lost), number(geometric_mean(pairs, kFigure), 4)};
+        fmt::format("{}", ate.lost), number_cell(geometric_mean(pairs, kFigure), 4)};
     if (own) {
       row.insert(row.end(), {"baseline", "", "", "", "", "", "", "", ""});
     } else if (ate.done == 0) {
@@ -147,7 +144,7 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
                              fmt::format("{}", ate.better), fmt::format("{}", ate.worse), fmt::format("{}", ate.equal),
                              ratio("max_error_m"), ratio("stages.causal.largest_jump_m"), ratio("heading_rmse_deg")});
     }
-    for (const std::string& name : nees) row.push_back(number(geometric_mean(pairs, name), 2));
+    for (const std::string& name : nees) row.push_back(number_cell(geometric_mean(pairs, name), 2));
     row.push_back(own ? "" : ate.done == 0 ? kMissing : ratio("wall_s"));
     table.rows.push_back(std::move(row));
   }

@@ -10,14 +10,6 @@ namespace lodestone::reproduce {
 
 namespace {
 
-constexpr const char* kLost = "/";
-constexpr const char* kNothing = "-";
-constexpr const char* kMissing = "…";
-
-std::string number(const std::optional<double>& value, int digits) {
-  return value ? fmt::format("{:.{}f}", *value, digits) : kNothing;
-}
-
 std::string title_of(const TableColumn& column) {
   if (!column.title.empty()) return column.title;
   if (!column.published.empty()) return column.published;
@@ -49,7 +41,7 @@ std::string difference_cell(const TableColumn& column, const Group& group, const
     const RunFigures* figures = results.find_difference(run);
     if (figures == nullptr) continue;
     const auto found = figures->find(column.difference);
-    if (found != figures->end()) return number(found->second, column.digits);
+    if (found != figures->end()) return number_cell(found->second, column.digits);
   }
   return kMissing;
 }
@@ -65,10 +57,14 @@ std::string cell(const TableColumn& column, const Group& group, const std::strin
   if (seeds.expected == 0) return kNothing;
   if (seeds.present == 0) return kMissing;
   if (column.figure == "success") return fmt::format("{}/{}", seeds.present - seeds.lost, seeds.present);
-  return seeds.lost > 0 && !counts_lost_runs(column.figure) ? kLost : number(seeds.value, column.digits);
+  return seeds.lost > 0 && !counts_lost_runs(column.figure) ? kLost : number_cell(seeds.value, column.digits);
 }
 
 }  // namespace
+
+std::string number_cell(const std::optional<double>& value, int digits) {
+  return value ? fmt::format("{:.{}f}", *value, digits) : kNothing;
+}
 
 ResultTable make_table(const TableChoice& choice, const Experiment& experiment, const Results& results) {
   const Group& group = *experiment.find_group(choice.group);

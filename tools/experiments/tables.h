@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,14 @@ struct ResultTable {
   std::vector<std::vector<std::string>> rows;
   std::string note;
 };
+
+/// Cells instead of a number.
+inline constexpr const char* kLost = "/";
+inline constexpr const char* kNothing = "-";
+inline constexpr const char* kMissing = "…";
+
+/// A number with `digits` decimals, or kNothing.
+std::string number_cell(const std::optional<double>& value, int digits);
 
 /// A table as defined in the experiment: the selected rows of its group with their distinguishing labels, then its
 /// columns. "/": lost with at least one seed; "-": nothing published; "…": not run yet.
