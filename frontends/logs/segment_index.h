@@ -24,6 +24,12 @@ struct LoadedSegment {
   std::vector<SegmentEntry> entries;  ///< in order of time; equal times in the file's order
 };
 
+/// The channels of a file: its topics in order of name, and the topic of each channel.
+struct ChannelTopics {
+  std::vector<TopicInfo> topics;
+  std::map<std::uint32_t, int> topic_of;
+};
+
 /// A log file as segments that are loaded at once: chunks, or runs of messages outside chunks.
 class SegmentIndex {
  public:
@@ -31,9 +37,12 @@ class SegmentIndex {
 
   virtual const std::string& path() const = 0;
   /// Topics in order of name. All channels of a topic are merged.
-  virtual const std::vector<TopicInfo>& topics() const = 0;
+  const std::vector<TopicInfo>& topics() const { return topics_.topics; }
   /// Index into topics() of a channel; -1 if it is unknown, or if its type differs from the topic's other channels.
-  virtual int topic_of(std::uint32_t channel) const = 0;
+  int topic_of(std::uint32_t channel) const {
+    const auto found = topics_.topic_of.find(channel);
+    return found == topics_.topic_of.end() ? -1 : found->second;
+  }
   /// The sender of a channel's messages; null if unknown.
   virtual const Publisher* publisher_of(std::uint32_t) const { return nullptr; }
 
@@ -42,6 +51,9 @@ class SegmentIndex {
   virtual Time begin_of(std::size_t segment) const = 0;
   /// Reads a segment. Damaged messages are ignored with a warning.
   virtual void load(std::size_t segment, LoadedSegment& loaded) = 0;
+
+ protected:
+  ChannelTopics topics_;
 };
 
 /// Number of messages, and their first and last time.
@@ -51,12 +63,6 @@ struct MessageCount {
 
   void add(Time time) { add({1, time, time}); }
   void add(const MessageCount& other);
-};
-
-/// The channels of a file: its topics in order of name, and the topic of each channel.
-struct ChannelTopics {
-  std::vector<TopicInfo> topics;
-  std::map<std::uint32_t, int> topic_of;
 };
 
 /// `channels`: name, type, checksum, encoding and definition of each channel's topic. Channels that differ in type,

@@ -178,11 +178,6 @@ void McapIndex::name_topics() {
   topics_ = collect_topics(path(), infos, counts_, warnings_);
 }
 
-int McapIndex::topic_of(std::uint32_t channel) const {
-  const auto found = topics_.topic_of.find(channel);
-  return found == topics_.topic_of.end() ? -1 : found->second;
-}
-
 void McapIndex::report_loss(const Segment& segment, const std::string& what) {
   if (!lost_.insert(segment.offset).second) return;
   warnings_.add(

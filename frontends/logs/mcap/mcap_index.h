@@ -31,8 +31,6 @@ class McapIndex : public SegmentIndex {
   McapIndex(const std::string& path, WarningLog& warnings);
 
   const std::string& path() const override { return file_.path(); }
-  const std::vector<TopicInfo>& topics() const override { return topics_.topics; }
-  int topic_of(std::uint32_t channel) const override;
   std::size_t segment_count() const override { return segments_.size(); }
   Time begin_of(std::size_t segment) const override { return segments_[segment].begin; }
   void load(std::size_t segment, LoadedSegment& loaded) override { load(segments_[segment], loaded); }
@@ -57,10 +55,9 @@ class McapIndex : public SegmentIndex {
   std::map<std::uint32_t, Channel> channels_;
   std::map<std::uint32_t, MessageCount> counts_;
   std::map<std::uint32_t, MessageCount> chunk_counts_;  ///< of the chunk whose indexes are being read
-  ChannelTopics topics_;
-  bool open_chunk_ = false;       ///< the last segment is a chunk whose indexes may follow
-  bool open_run_ = false;         ///< the last segment is a run of messages outside chunks
-  std::set<std::uint64_t> lost_;  ///< damaged segments, counted only in the first reading
+  bool open_chunk_ = false;                             ///< the last segment is a chunk whose indexes may follow
+  bool open_run_ = false;                               ///< the last segment is a run of messages outside chunks
+  std::set<std::uint64_t> lost_;                        ///< damaged segments, counted only in the first reading
   std::vector<std::uint8_t> buffer_;
 };
 

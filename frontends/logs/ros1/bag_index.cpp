@@ -267,11 +267,6 @@ void BagIndex::close_chunk() {
   if (chunk.count.messages == 0) chunks_.pop_back();
 }
 
-int BagIndex::topic_of(std::uint32_t channel) const {
-  const auto found = topics_.topic_of.find(channel);
-  return found == topics_.topic_of.end() ? -1 : found->second;
-}
-
 const Publisher* BagIndex::publisher_of(std::uint32_t channel) const {
   const auto found = publishers_.find(channel);
   return found == publishers_.end() ? nullptr : &found->second;

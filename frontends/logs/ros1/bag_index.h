@@ -22,8 +22,6 @@ class BagIndex : public SegmentIndex {
   BagIndex(const std::string& path, WarningLog& warnings);
 
   const std::string& path() const override { return file_.path(); }
-  const std::vector<TopicInfo>& topics() const override { return topics_.topics; }
-  int topic_of(std::uint32_t channel) const override;
   const Publisher* publisher_of(std::uint32_t channel) const override;
   std::size_t segment_count() const override { return chunks_.size(); }
   Time begin_of(std::size_t segment) const override { return chunks_[segment].count.begin; }
@@ -76,9 +74,8 @@ class BagIndex : public SegmentIndex {
   std::map<std::uint32_t, Publisher> publishers_;  ///< of connections
   std::map<std::uint32_t, MessageCount> counts_;
   std::map<std::uint32_t, MessageCount> chunk_counts_;  ///< of the chunk whose indexes are being read
-  ChannelTopics topics_;
-  bool open_chunk_ = false;       ///< the last chunk's indexes may follow
-  std::set<std::uint64_t> lost_;  ///< damaged chunks, counted only in the first reading
+  bool open_chunk_ = false;                             ///< the last chunk's indexes may follow
+  std::set<std::uint64_t> lost_;                        ///< damaged chunks, counted only in the first reading
   std::vector<std::uint8_t> header_, buffer_;
 };
 
