@@ -91,6 +91,11 @@ void Progress::update(Time now) {
   next_print_ = wall + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5));
 }
 
+void Progress::advance(Time now) {
+  update(now);
+  throw_if_interrupted();
+}
+
 void Progress::finish() {
   if (finished_) return;
   finished_ = true;

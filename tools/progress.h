@@ -39,6 +39,9 @@ class Progress {
   /// The log has been processed up to `now`. Cheap enough for every measurement.
   void update(Time now);
 
+  /// The same, and throws Interrupted after a signal.
+  void advance(Time now);
+
   /// Ends the line. The destructor calls it.
   void finish();
 

@@ -59,10 +59,7 @@ RecordedArray read_log(const CalibrateCall& call, const Platform& platform, Warn
                    {.lidar = false, .imu = with_imu, .magnetometers = true, .wheels = false});
   Progress progress(std::filesystem::path(call.sources.log).filename().string(), source.begin_time(),
                     source.end_time());
-  return record_array(source, platform.suite, warnings, [&progress](Time time) {
-    progress.update(time);
-    throw_if_interrupted();
-  });
+  return record_array(source, platform.suite, warnings, [&progress](Time time) { progress.advance(time); });
 }
 
 /// A map with one layer is valid at its height only.

@@ -117,12 +117,7 @@ void convert(const ConvertCall& call) {
   const auto writer = make_log_writer(call.out, format, codec);
   Progress progress(std::filesystem::path(call.out).filename().string(), begin, end);
   const Conversion conversion = convert_log(
-      call.log, *source, *writer,
-      [&progress](Time time) {
-        progress.update(time);
-        throw_if_interrupted();
-      },
-      part);
+      call.log, *source, *writer, [&progress](Time time) { progress.advance(time); }, part);
   writer->close();
   progress.finish();
   fmt::print("{}: {} messages of {:.1f} s, {:.1f} MB\n", call.out, conversion.messages,

@@ -112,10 +112,8 @@ void export_to_log(const ExportCall& call, const RunResults& run, const fs::path
   }
   const std::vector<Time>& stamps = run.estimators.front().files.diagnostics_times;
   Progress progress(out.filename().string(), run.begin, stamps.empty() ? run.begin : stamps.back());
-  const std::int64_t messages = export_log(run, scans.get(), *writer, [&progress](Time time) {
-    progress.update(time);
-    throw_if_interrupted();
-  });
+  const std::int64_t messages =
+      export_log(run, scans.get(), *writer, [&progress](Time time) { progress.advance(time); });
   writer->close();
   progress.finish();
   fmt::print("{}: {} messages\n", out.string(), messages);

@@ -78,11 +78,8 @@ ScanSurvey read_scan_drive(const SurveyDrive& drive, const Platform& platform, c
   BagSource source(drive.log, platform, warnings, lidar_only, LogPause::is_bridged);
   Progress progress(std::filesystem::path(drive.log).filename().string() + ", " + pass, source.begin_time(),
                     source.end_time());
-  const ScanSurvey survey =
-      read_scans(source, drive.trajectory, platform.suite, largest_pose_gap(platform.suite), use, [&](Time time) {
-        progress.update(time);
-        throw_if_interrupted();
-      });
+  const ScanSurvey survey = read_scans(source, drive.trajectory, platform.suite, largest_pose_gap(platform.suite), use,
+                                       [&](Time time) { progress.advance(time); });
   progress.finish();
   return survey;
 }

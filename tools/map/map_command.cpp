@@ -61,10 +61,8 @@ FieldSurvey read_field_drive(const SurveyDrive& drive, const Platform& platform)
   WarningLog warnings;
   BagSource source(drive.log, platform, warnings, magnetometers_only, LogPause::is_bridged);
   Progress progress(std::filesystem::path(drive.log).filename().string(), source.begin_time(), source.end_time());
-  const FieldSurvey survey = read_survey(source, drive.trajectory, platform.suite, kLargestPoseGap, [&](Time time) {
-    progress.update(time);
-    throw_if_interrupted();
-  });
+  const FieldSurvey survey = read_survey(source, drive.trajectory, platform.suite, kLargestPoseGap,
+                                         [&](Time time) { progress.advance(time); });
   progress.finish();
   print_warnings(warnings);
   if (survey.without_pose > 0) {

@@ -46,8 +46,7 @@ Bound run_bound(const std::function<OpenedLog()>& open,
     while (log.next(bundle)) {
       if (!estimator) estimator = make_estimator(bundle);
       estimator->process_in_place(bundle, record);
-      progress.update(bundle.scan.end);
-      throw_if_interrupted();
+      progress.advance(bundle.scan.end);
     }
   }
   if (!estimator) throw InputError("the log has no scan between its first and last IMU sample; the bound requires one");

@@ -63,8 +63,7 @@ void record(simulation::SimulationSource& source, const Platform& platform, simu
   Measurement measurement;
   while (source.next(measurement)) {
     recorder.write(measurement);
-    progress.update(completion_time(measurement));
-    throw_if_interrupted();
+    progress.advance(completion_time(measurement));
   }
   recorder.close();
   progress.finish();
