@@ -1,5 +1,6 @@
 #include "tools/messages.h"
 
+#include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
@@ -31,6 +32,12 @@ void open_messages(const MessageOptions& options) {
   logger->set_level(options.verbose || sinks.size() > 1 ? spdlog::level::debug : terminal->level());
   logger->flush_on(spdlog::level::debug);
   spdlog::set_default_logger(logger);
+}
+
+void print_warnings(const WarningLog& warnings) {
+  for (const auto& [kind, entry] : warnings.entries()) {
+    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
+  }
 }
 
 }  // namespace lodestone

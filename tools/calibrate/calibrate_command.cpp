@@ -20,6 +20,7 @@
 #include "tools/calibrate/field_change_report.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
+#include "tools/messages.h"
 #include "tools/progress.h"
 #include "tools/writers/output_folder.h"
 
@@ -128,9 +129,7 @@ void calibrate(const CalibrateCall& call) {
   const MagnetometerCalibrationResult result = calibrate_magnetometers(log, options);
   const ShownChanges changes = shown_changes(result);
   fmt::print("{}: {}", call.sources.log, calibration_text(platform, result, changes, log.mapped));
-  for (const auto& [kind, entry] : warnings.entries()) {
-    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
-  }
+  print_warnings(warnings);
   if (call.out.empty()) {
     fmt::print("\nnothing written; --out PLATFORM.yaml writes the calibration\n");
     return;

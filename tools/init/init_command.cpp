@@ -13,6 +13,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/init/platform_draft.h"
+#include "tools/messages.h"
 #include "tools/progress.h"
 #include "tools/writers/output_folder.h"
 
@@ -72,9 +73,7 @@ void write_drafted_platform(const InitCall& call) {
   fmt::print("{}: {}, IMU {}, {} magnetometer(s); {} lines are guesses\n", out.string(),
              draft.platform.has_lidar() ? "LiDAR " + draft.platform.lidar.topic : "no LiDAR", draft.platform.imu.topic,
              draft.platform.magnetometers.size(), guesses);
-  for (const auto& [kind, entry] : warnings.entries()) {
-    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
-  }
+  print_warnings(warnings);
   if (call.logs.size() == 1) {
     fmt::print("next: lodestone check {} --platform {}\n", call.logs.front(), out.string());
   } else {

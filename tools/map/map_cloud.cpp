@@ -20,6 +20,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/map/survey_drives.h"
+#include "tools/messages.h"
 #include "tools/origin_option.h"
 #include "tools/progress.h"
 #include "tools/writers/output_folder.h"

@@ -18,6 +18,7 @@
 #include "tools/commands.h"
 #include "tools/map/survey_doubts.h"
 #include "tools/map/survey_drives.h"
+#include "tools/messages.h"
 #include "tools/plotting/pictures.h"
 #include "tools/progress.h"
 #include "tools/writers/output_folder.h"

@@ -64,10 +64,4 @@ void check_poses(const SurveyDrive& drive, const std::string& what, std::int64_t
                   drive.log, without_pose, with_pose + without_pose, what, drive.trajectory_file, span));
 }
 
-void print_warnings(const WarningLog& warnings) {
-  for (const auto& [kind, entry] : warnings.entries()) {
-    fmt::print("warning: {} ({} times): {}\n", kind, entry.count, entry.first_detail);
-  }
-}
-
 }  // namespace lodestone

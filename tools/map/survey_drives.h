@@ -45,7 +45,4 @@ std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey, const Vec
 /// Throws InputError if most of a drive's measurements have no pose. `what`: their name, such as "LiDAR points".
 void check_poses(const SurveyDrive& drive, const std::string& what, std::int64_t with_pose, std::int64_t without_pose);
 
-/// Prints the warnings of a log.
-void print_warnings(const WarningLog& warnings);
-
 }  // namespace lodestone
