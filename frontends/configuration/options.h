@@ -22,6 +22,21 @@ std::vector<std::string> names_of(Enum value) {
   return names;
 }
 
+/// Sets `value` to the enumerator called `text`. Returns false and keeps `value` if there is none.
+template <class Enum>
+bool parse_name(std::string_view text, Enum& value) {
+  for (const auto& [enumerator, name] : enum_names(value)) {
+    if (name != text) continue;
+    value = enumerator;
+    return true;
+  }
+  return false;
+}
+
+inline std::string unknown_name(const std::string& text, const std::vector<std::string>& names) {
+  return "expected one of " + join_names(names) + ", found '" + text + "'" + suggestion(text, names);
+}
+
 inline void read_value(const ConfigurationNode& node, bool& value) {
   value = node.as_bool();
 }
@@ -41,14 +56,7 @@ inline void read_value(const ConfigurationNode& node, std::vector<double>& value
 template <class Enum, std::enable_if_t<std::is_enum_v<Enum>, int> = 0>
 void read_value(const ConfigurationNode& node, Enum& value) {
   const std::string text = node.as_string();
-  for (const auto& [enumerator, name] : enum_names(value)) {
-    if (name == text) {
-      value = enumerator;
-      return;
-    }
-  }
-  const std::vector<std::string> names = names_of(value);
-  node.fail("expected one of " + join_names(names) + ", found '" + text + "'" + suggestion(text, names));
+  if (!parse_name(text, value)) node.fail(unknown_name(text, names_of(value)));
 }
 
 /// Values as YAML that is parsed to the same bits.
@@ -168,6 +176,14 @@ void load(const ConfigurationNode& node, Options& options) {
 }
 
 }  // namespace options_detail
+
+/// The enumerator called `text`, the value of the option `what`. Throws InputError if there is none.
+template <class Enum>
+Enum enumerator_of(const std::string& what, const std::string& text) {
+  Enum value{};
+  if (options_detail::parse_name(text, value)) return value;
+  throw InputError(what + ": " + options_detail::unknown_name(text, options_detail::names_of(value)));
+}
 
 /// Sets the fields that `node` contains and keeps the others; then calls the structs' checks. Throws InputError, with
 /// file and line, for an unknown key (with the closest known one), a value of the wrong type, or a value that a check

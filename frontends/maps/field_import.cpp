@@ -217,9 +217,7 @@ class Importer {
     if (told) {
       unit_ = *told;
     } else {
-      for (const auto& [unit, name] : enum_names(unit_)) {
-        if (name == fitting) unit_ = unit;
-      }
+      options_detail::parse_name(fitting, unit_);
     }
     median_ut_ = median * microtesla_per(unit_);
     if (median_ut_ < 0.1 || median_ut_ > 1000.0) {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/platform_lidars.h"
 
 namespace lodestone {
@@ -145,9 +146,7 @@ void PointCloudDecoder::fail_unit(const PointCloudMessage& message, double span_
   const double span = span_s * 1e9 / static_cast<double>(nanoseconds_per(reading_->unit));
   const auto fitting = livox_ ? std::nullopt : fitting_time_unit(span, period_ns_);
   std::string change = livox_ ? keys_ + ".scan_period_s" : fmt::format("{0}.time_unit or {0}.fields.time", keys_);
-  for (const auto& [unit, name] : enum_names(PointTimeUnit::seconds)) {
-    if (fitting == unit) change = fmt::format("{}.time_unit: {}", keys_, name);
-  }
+  if (fitting) change = fmt::format("{}.time_unit: {}", keys_, options_detail::write_value(*fitting));
   fail(message,
        fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set {} in {}{}",
                    time_.name, span_s, to_seconds(period_ns_), change, platform_file_,

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "frontends/configuration/options.h"
 
 namespace lodestone {
 
@@ -58,10 +59,7 @@ void check_field(const std::string& source, const Platform& platform, std::size_
   if (readings.finite_count == 0 || mean_ut == 0.0) return;
   const MagnetometerMessageLayout& layout = platform.magnetometers[magnetometer];
   const double as_written = mean_ut / microtesla_per(layout.unit);
-  std::string_view unit_name;
-  for (const auto& [unit, name] : enum_names(layout.unit)) {
-    if (unit == layout.unit) unit_name = name;
-  }
+  const std::string unit_name = options_detail::write_value(layout.unit);
   const std::string fitting = fitting_field_unit(as_written);
   const std::string change =
       fitting.empty() || fitting == unit_name

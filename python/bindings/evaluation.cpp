@@ -7,7 +7,6 @@
 #include "core/evaluation/consistency.h"
 #include "core/evaluation/errors.h"
 #include "core/evaluation/statistics.h"
-#include "core/nearest_name.h"
 #include "frontends/configuration/options.h"
 
 namespace lodestone::python {
@@ -16,14 +15,6 @@ namespace {
 
 py::array_t<double> array_of_values(const std::vector<double>& values) {
   return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
-}
-
-Alignment parse_alignment(const std::string& text) {
-  for (const auto& [alignment, name] : enum_names(Alignment{})) {
-    if (name == text) return alignment;
-  }
-  const std::vector<std::string> names = options_detail::names_of(Alignment{});
-  throw InputError("align: expected one of " + join_names(names) + ", found '" + text + "'" + suggestion(text, names));
 }
 
 PosePairs associate(const Trajectory& estimate, const Trajectory& truth, bool interpolate, double max_difference_s) {
@@ -42,7 +33,7 @@ class Pairs {
         double max_difference_s)
       : pairs_(associate(trajectory_argument(estimate[0], estimate[1], estimate[2]),
                          trajectory_argument(truth[0], truth[1], truth[2]), interpolate, max_difference_s)) {
-    const auto found = find_alignment(pairs_, parse_alignment(alignment));
+    const auto found = find_alignment(pairs_, enumerator_of<Alignment>("align", alignment));
     if (!found) {
       throw InputError(
           "align: the matched poses are on one line, so the rotation is undetermined; use align='origin' or "

@@ -14,15 +14,6 @@ namespace lodestone::python {
 
 namespace {
 
-FieldInterpolation parse_interpolation(const std::string& text) {
-  for (const auto& [value, name] : enum_names(FieldInterpolation{})) {
-    if (name == text) return value;
-  }
-  const std::vector<std::string> names = options_detail::names_of(FieldInterpolation{});
-  throw InputError("interpolation: expected one of " + join_names(names) + ", found '" + text + "'" +
-                   suggestion(text, names));
-}
-
 MagneticMap map_of_nodes(const py::object& nodes, double resolution_m, const py::object& origin_m,
                          const std::vector<double>& heights_m, std::optional<double> max_sigma_ut) {
   const auto values = Array<float>::ensure(nodes);
@@ -47,7 +38,7 @@ MagneticMap map_of_nodes(const py::object& nodes, double resolution_m, const py:
 
 /// Field (N, 3), gradient (N, 3, 3) and sigma (N,); NaN where the map has no field.
 py::tuple query(const MagneticMap& map, const py::object& position_m, const std::string& interpolation) {
-  const FieldInterpolation kind = parse_interpolation(interpolation);
+  const FieldInterpolation kind = enumerator_of<FieldInterpolation>("interpolation", interpolation);
   const Array<double> positions = table_argument<double>(position_m, "position_m", 3);
   const py::ssize_t count = positions.shape(0);
   py::array_t<double> field({count, py::ssize_t{3}});

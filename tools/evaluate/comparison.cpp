@@ -8,8 +8,8 @@
 #include "core/angles.h"
 #include "core/error.h"
 #include "core/evaluation/errors.h"
-#include "core/nearest_name.h"
 #include "frontends/configuration/kitti_trajectory.h"
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/writers/covariance_file.h"
@@ -22,18 +22,7 @@ const std::vector<std::string> kRelations{"translation", "angle", "heading", "rp
 
 void require_one_of(const std::string& option, const std::string& value, const std::vector<std::string>& names) {
   if (std::find(names.begin(), names.end(), value) != names.end()) return;
-  throw InputError(
-      fmt::format("{}: expected one of {}, found '{}'{}", option, join_names(names), value, suggestion(value, names)));
-}
-
-Alignment parse_alignment(const std::string& text) {
-  std::vector<std::string> names;
-  for (const auto& [alignment, name] : enum_names(Alignment{})) {
-    if (name == text) return alignment;
-    names.emplace_back(name);
-  }
-  require_one_of("--align", text, names);
-  return Alignment::none;
+  throw InputError(option + ": " + options_detail::unknown_name(value, names));
 }
 
 std::vector<double> in_degrees(std::vector<double> radians) {
@@ -120,7 +109,7 @@ void write_errors(const std::string& path, const PosePairs& pairs) {
 
 Comparison compare(const ComparisonCall& call) {
   Comparison result;
-  result.alignment = parse_alignment(call.align);
+  result.alignment = enumerator_of<Alignment>("--align", call.align);
   require_one_of("--delta-unit", call.delta_unit, {"frames", "metres"});
   const bool whole = call.delta_unit == "metres" || call.delta == static_cast<double>(static_cast<long>(call.delta));
   if (!(call.delta > 0.0) || !whole) {

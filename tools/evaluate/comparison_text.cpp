@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/evaluation/statistics.h"
+#include "frontends/configuration/options.h"
 #include "tools/evaluate/comparison.h"
 #include "tools/table.h"
 
@@ -15,18 +16,12 @@ std::vector<double> magnitudes(std::vector<double> errors) {
   return errors;
 }
 
-std::string_view name_of(Alignment alignment) {
-  for (const auto& [value, name] : enum_names(alignment)) {
-    if (value == alignment) return name;
-  }
-  return "none";
-}
-
 }  // namespace
 
 std::string to_table(const Comparison& comparison) {
-  std::string text = fmt::format("{} pairs of {} estimated and {} ground-truth poses, aligned: {}", comparison.pairs,
-                                 comparison.estimate_poses, comparison.truth_poses, name_of(comparison.alignment));
+  std::string text =
+      fmt::format("{} pairs of {} estimated and {} ground-truth poses, aligned: {}", comparison.pairs,
+                  comparison.estimate_poses, comparison.truth_poses, options_detail::write_value(comparison.alignment));
   if (comparison.alignment == Alignment::sim3) text += fmt::format(" (scale {:.6f})", comparison.similarity.scale);
   text += "\n\n";
   Table table({"error", "unit", "count", "rmse", "mean", "median", "95 %", "max", "std"});
@@ -56,7 +51,7 @@ std::string to_json(const Comparison& comparison) {
   root["estimate_poses"] = comparison.estimate_poses;
   root["truth_poses"] = comparison.truth_poses;
   const Similarity& s = comparison.similarity;
-  root["alignment"] = {{"kind", name_of(comparison.alignment)},
+  root["alignment"] = {{"kind", options_detail::write_value(comparison.alignment)},
                        {"translation_m", {s.translation.x(), s.translation.y(), s.translation.z()}},
                        {"rotation_xyzw", {s.rotation.x(), s.rotation.y(), s.rotation.z(), s.rotation.w()}},
                        {"scale", s.scale}};

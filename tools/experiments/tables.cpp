@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "frontends/configuration/options.h"
+
 namespace lodestone::reproduce {
 
 namespace {
@@ -16,7 +18,7 @@ std::string title_of(const TableColumn& column) {
   if (!column.difference.empty()) return "change of the map, " + column.difference;
   const std::string over = column.over.empty() ? "" : " / " + column.over;
   return fmt::format("{}{} {} {}", column.estimator, over, column.figure,
-                     enum_names(column.statistic)[column.statistic == Statistic::mean ? 0 : 1].second);
+                     options_detail::write_value(column.statistic));
 }
 
 /// Distinguishes the rows of a group. A column is shown if any row has a value; with `differing`, if two rows differ.

@@ -9,6 +9,7 @@
 
 #include "core/angles.h"
 #include "core/evaluation/statistics.h"
+#include "frontends/configuration/options.h"
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/sensor_checks.h"
 #include "tools/check/log_sample.h"
@@ -249,9 +250,7 @@ class PlatformDraft {
       const double as_written = summarize(magnitudes).median;
       const std::string fitting = as_written > 0.0 ? fitting_field_unit(as_written) : "";
       FieldUnit& unit = platform_.magnetometers[i].unit;
-      for (const auto& [each, name] : enum_names(unit)) {
-        if (name == fitting) unit = each;
-      }
+      options_detail::parse_name(fitting, unit);
       comment(fmt::format("magnetometers[{}].unit", i),
               fitting.empty()
                   ? fmt::format("guess: the median magnitude is {:.3g}, which is near the earth's field in no "

@@ -32,15 +32,7 @@ FieldImportOptions options_of(const MapImportCall& call) {
   if (!(call.sigma_ut > 0.0) || !std::isfinite(call.sigma_ut)) {
     throw InputError(fmt::format("--sigma-ut: expected microtesla above 0, found {}", call.sigma_ut));
   }
-  if (call.unit.empty()) return options;
-  for (const auto& [unit, name] : enum_names(FieldUnit::tesla)) {
-    if (name == call.unit) options.unit = unit;
-  }
-  const std::vector<std::string> names = options_detail::names_of(FieldUnit::tesla);
-  if (!options.unit) {
-    throw InputError(fmt::format("--unit: expected one of {}, found '{}'{}", join_names(names), call.unit,
-                                 suggestion(call.unit, names)));
-  }
+  if (!call.unit.empty()) options.unit = enumerator_of<FieldUnit>("--unit", call.unit);
   return options;
 }
 
