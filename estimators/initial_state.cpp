@@ -1,6 +1,6 @@
 #include "estimators/initial_state.h"
 
-#include <cmath>
+#include "core/angles.h"
 
 namespace lodestone {
 
@@ -10,7 +10,6 @@ InitialState initial_state(const Pose& T_map_imu, const Vector3& velocity, doubl
   result.state.T_map_imu = T_map_imu;
   result.state.velocity = velocity;
   result.state.gravity = Vector3(0.0, 0.0, -gravity_m_s2);
-  const double degree = M_PI / 180.0;
   Vector17 sigma;
   sigma.segment<3>(tangent::rotation).setConstant(options.rotation_sigma_deg * degree);
   sigma.segment<3>(tangent::position).setConstant(options.position_sigma_m);

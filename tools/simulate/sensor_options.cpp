@@ -1,8 +1,8 @@
 #include "tools/simulate/sensor_options.h"
 
 #include <cmath>
-#include <numbers>
 
+#include "core/angles.h"
 #include "core/error.h"
 
 namespace lodestone::simulation {
@@ -20,7 +20,6 @@ void require_vectors(const std::vector<double>& position, const std::vector<doub
 }  // namespace
 
 Pose mounting_pose(const std::vector<double>& position_m, const std::vector<double>& rotation_rpy_deg) {
-  constexpr double degree = std::numbers::pi / 180.0;
   Pose pose;
   pose.position = {position_m[0], position_m[1], position_m[2]};
   pose.rotation = Eigen::AngleAxisd(rotation_rpy_deg[2] * degree, Vector3::UnitZ()) *
