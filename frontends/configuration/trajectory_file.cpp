@@ -146,10 +146,6 @@ Trajectory read_tum(const std::string& path) {
   return parse_tum(path, read_text_file(path));
 }
 
-Trajectory read_euroc(const std::string& path) {
-  return parse_euroc(path, read_text_file(path));
-}
-
 Trajectory read_trajectory(const std::string& path, const Vector3& origin_m) {
   require_kind(path, SeemingKind::trajectory, "a trajectory (TUM or EuRoC csv)");
   const std::string text = read_text_file(path);

@@ -19,11 +19,9 @@ std::string format_stamp(Time time);
 /// malformed line, a quaternion far from unit length, or a decreasing stamp; and for a file without poses.
 Trajectory read_tum(const std::string& path);
 
-/// Reads a EuRoC ground-truth csv (t in integer ns, p x y z, q w x y z, further columns ignored). Throws as read_tum.
-Trajectory read_euroc(const std::string& path);
-
-/// Reads either of these formats; commas distinguish them. `origin_m` is subtracted from all positions. KITTI's format
-/// has no times: throws InputError that names --times of `lodestone evaluate` (kitti_trajectory.h).
+/// Reads a TUM file or a EuRoC ground-truth csv (t in integer ns, p x y z, q w x y z, further columns ignored); commas
+/// distinguish them. Throws as read_tum. `origin_m` is subtracted from all positions. KITTI's format has no times:
+/// throws InputError that names --times of `lodestone evaluate` (kitti_trajectory.h).
 Trajectory read_trajectory(const std::string& path, const Vector3& origin_m = Vector3::Zero());
 
 /// No coordinate of a site is larger. Larger ones have another origin.

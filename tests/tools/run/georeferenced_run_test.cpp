@@ -81,7 +81,7 @@ TEST_F(GeoreferencedRun, HasTheTrajectoryOfTheSiteAndThatOfTheCountry) {
   expect_refused("evaluate " + path("far/smoother/trajectory.tum") + " " + path("country/truth.tum"),
                  "is georeferenced");
   expect_done("export " + path("far") + " --estimator smoother --to euroc --out " + path("country.csv"));
-  const Trajectory exported = read_euroc(path("country.csv"));
+  const Trajectory exported = read_trajectory(path("country.csv"));
   const Trajectory written = read_tum(path("far/smoother/georeferenced.tum"));
   ASSERT_EQ(exported.size(), written.size());
   EXPECT_LT((exported.back().pose.position - written.back().pose.position).norm(), 2e-6);
