@@ -44,11 +44,10 @@ Matrix6 boxminus_jacobian(const Vector6& difference) {
   return jacobian;
 }
 
-void report_directions(const Matrix6& prior_root, double unseen_gain, MagneticLocalization& result) {
+void report_directions(const Matrix6& prior_root, MagneticLocalization& result) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(prior_root.transpose() * result.information * prior_root);
   result.gain = solver.eigenvalues().reverse().cwiseMax(0.0);
   result.directions = prior_root * solver.eigenvectors().rowwise().reverse();
-  result.unseen = static_cast<int>((result.gain.array() < unseen_gain).count());
 }
 
 }  // namespace
@@ -140,7 +139,7 @@ MagneticLocalization localize(const Pose& predicted, const Matrix6& prior, std::
   result.covariance = (now.information + prior_information).ldlt().solve(Matrix6::Identity());
   result.residual_rms_ut =
       std::sqrt(now.squared_residual / (3.0 * std::max<double>(static_cast<double>(readings.size()), 1.0)));
-  report_directions(prior_root, options.unseen_gain, result);
+  report_directions(prior_root, result);
   return result;
 }
 

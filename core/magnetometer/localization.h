@@ -36,8 +36,9 @@ struct MagneticLocalization {
   /// Columns: directions of the tangent space, each one prior sigma long, independent under the prior; sorted by
   /// falling gain.
   Matrix6 directions = Matrix6::Identity();
-  Vector6 gain = Vector6::Zero();  ///< of each: prior variance over the field's own variance
-  int unseen = 0;  ///< number of unobservable directions, the last ones: there the result is the prediction
+  /// Of each: prior variance over the field's own variance. Along a direction below options.unseen_gain the result is
+  /// the prediction.
+  Vector6 gain = Vector6::Zero();
   double residual_rms_ut = 0.0;  ///< of measured minus map over the readings used, per component
   int used = 0;                  ///< readings with field
   int off_map = 0;               ///< readings without field, discarded
@@ -47,7 +48,7 @@ struct MagneticLocalization {
 
 /// Magnetic localization of one array sample (eq:mag_loc_estimate) by Gauss-Newton with a line search, from the
 /// prediction and with the prediction as a prior (docs/design/equations.md). Directions that the field does not observe
-/// keep the prediction instead of fitting noise, and are reported. A step never moves a used reading off the map.
+/// keep the prediction instead of fitting noise. A step never moves a used reading off the map.
 /// `predicted`: T_map_imu at the sample's time. `prior`: its covariance, order φ (right), p (map). `bias_ut`: for each
 /// magnetometer, in its frame, subtracted from the readings; empty: none. If no reading is on the map, the result is
 /// the prediction, not converged. Throws std::invalid_argument if the prior is not positive definite or sizes disagree
