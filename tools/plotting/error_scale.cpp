@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/middle_value.h"
+
 namespace lodestone::figures {
 
 namespace {
@@ -39,14 +41,12 @@ Spread spread_of(const std::vector<std::vector<double>>& errors) {
     values.erase(std::remove_if(values.begin(), values.end(), [](double value) { return !std::isfinite(value); }),
                  values.end());
     if (values.empty()) continue;
-    std::sort(values.begin(), values.end());
-    const auto quantile = [&](double share) {
-      return values[static_cast<std::size_t>(share * (static_cast<double>(values.size()) - 1.0))];
-    };
+    const double low = value_at_share(values, 0.02);
+    const double median = value_at_share(values, 0.5);
     const bool first = spread.high == 0.0;
-    spread.low = first ? quantile(0.02) : std::min(spread.low, quantile(0.02));
-    spread.smallest_median = first ? quantile(0.5) : std::min(spread.smallest_median, quantile(0.5));
-    spread.high = std::max(spread.high, values.back());
+    spread.low = first ? low : std::min(spread.low, low);
+    spread.smallest_median = first ? median : std::min(spread.smallest_median, median);
+    spread.high = std::max(spread.high, value_at_share(values, 1.0));
   }
   return spread;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/middle_value.h"
 #include "tools/plotting/page.h"
 #include "tools/plotting/plan_parts.h"
 
@@ -109,11 +110,7 @@ void draw_residuals_over_difference(const std::filesystem::path& path, const Pla
       if (std::isfinite(value)) residuals.push_back(value);
     }
   }
-  std::sort(residuals.begin(), residuals.end());
-  const double strong =
-      residuals.empty() ? 0.0
-                        : residuals[static_cast<std::size_t>(0.995 * (static_cast<double>(residuals.size()) - 1.0))];
-  const Scale residual = difference_scale(strong);
+  const Scale residual = difference_scale(residuals.empty() ? 0.0 : value_at_share(residuals, 0.995));
   const Scale background = difference_scale(quantile(difference_ut.values, 0.998));
 
   const double bottom = static_cast<double>(count) * (height + kRow) - 10.0;

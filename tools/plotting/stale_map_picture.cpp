@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/middle_value.h"
 #include "tools/plotting/axes.h"
 #include "tools/plotting/color_bar.h"
 #include "tools/plotting/plan_sheet.h"
@@ -28,10 +29,9 @@ PlanExtent drawn_extent(const std::vector<DifferencePoint>& drive) {
 Scale difference_scale(const std::vector<DifferencePoint>& drive) {
   std::vector<double> sizes;
   for (const DifferencePoint& point : drive) sizes.push_back(point.size_ut);
-  std::sort(sizes.begin(), sizes.end());
   if (sizes.empty()) return {0.0, 1.0};
-  const double high = std::max(1.0, sizes[static_cast<std::size_t>(0.995 * (static_cast<double>(sizes.size()) - 1.0))]);
-  const double usual = std::max(0.1, sizes[sizes.size() / 2]);
+  const double high = std::max(1.0, value_at_share(sizes, 0.995));
+  const double usual = std::max(0.1, middle_value(sizes));
   if (high > 15.0 * usual) return {usual, high, true};
   return {0.0, high};
 }
