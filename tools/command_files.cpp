@@ -9,7 +9,7 @@
 #include "frontends/configuration/file_kind.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "tools/messages.h"
-#include "tools/writers/path_below.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 namespace {

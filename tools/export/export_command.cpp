@@ -22,7 +22,6 @@
 #include "tools/progress.h"
 #include "tools/writers/estimate_files.h"
 #include "tools/writers/output_folder.h"
-#include "tools/writers/path_below.h"
 
 namespace lodestone {
 

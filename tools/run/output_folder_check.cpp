@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "estimators/factory.h"
-#include "tools/writers/path_below.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 

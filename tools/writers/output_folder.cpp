@@ -50,6 +50,12 @@ void refuse_to_replace(const std::string& out, bool force) {
       fmt::format("--out {}: the file exists; choose another name, or set --force to replace the file", out));
 }
 
+std::filesystem::path path_below(const std::string& path, const std::string& folder) {
+  namespace fs = std::filesystem;
+  const fs::path relative = fs::weakly_canonical(path).lexically_relative(fs::weakly_canonical(folder));
+  return relative.empty() || *relative.begin() == ".." ? fs::path() : relative;
+}
+
 std::filesystem::path output_with_ending(const std::string& out, const std::string& ending) {
   const std::filesystem::path path(out);
   if (path.extension() != ending) throw InputError(out + ": expected a name ending in " + ending + " for --out");

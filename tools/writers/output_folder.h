@@ -17,6 +17,9 @@ std::filesystem::path emptied_folder(const std::filesystem::path& folder);
 /// Throws InputError if a file that --out names exists and the user did not allow to replace it.
 void refuse_to_replace(const std::string& out, bool force);
 
+/// `path` relative to `folder`; "." if both are equal, empty if `path` is not below `folder`. Neither needs to exist.
+std::filesystem::path path_below(const std::string& path, const std::string& folder);
+
 /// The path of a file that --out names; creates its folder. Throws InputError if the name has another ending.
 std::filesystem::path output_with_ending(const std::string& out, const std::string& ending);
 inline std::filesystem::path yaml_output(const std::string& out) {
