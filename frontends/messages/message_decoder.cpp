@@ -6,8 +6,7 @@
 #include "frontends/messages/known_types.h"
 #include "frontends/messages/message_reading.h"
 #include "frontends/messages/transcoding.h"
-#include "frontends/messages/wire_cdr.h"
-#include "frontends/messages/wire_ros1.h"
+#include "frontends/messages/with_reader.h"
 
 namespace lodestone {
 namespace {
@@ -27,24 +26,6 @@ MessageType checked_type(const std::string& source, const TopicInfo& topic) {
                                  type == MessageType::livox ? "livox_ros_driver2" : "ROS Noetic"));
   }
   return type;
-}
-
-/// Runs `call` with a reader of the message's wire format. Adds the message's topic and time to errors.
-template <class Call>
-void with_reader(const std::string& source, const TopicInfo& topic, const RawMessage& raw, const Call& call) {
-  try {
-    if (topic.encoding == Encoding::cdr) {
-      CdrWireReader wire(raw.data, raw.size);
-      call(wire);
-    } else {
-      Ros1WireReader wire(raw.data, raw.size);
-      call(wire);
-    }
-  } catch (const ros1::MalformedMessage& error) {
-    throw InputError(
-        fmt::format("{}: topic {}, recorded at {} s: {}; record the log again, or cut it before this message", source,
-                    topic.name, raw.record_time / 1'000'000'000, error.what()));
-  }
 }
 
 template <class Plain>

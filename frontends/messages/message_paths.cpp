@@ -11,8 +11,7 @@
 #include "frontends/configuration/number_text.h"
 #include "frontends/messages/message_definition.h"
 #include "frontends/messages/message_reading.h"
-#include "frontends/messages/wire_cdr.h"
-#include "frontends/messages/wire_ros1.h"
+#include "frontends/messages/with_reader.h"
 
 namespace lodestone {
 namespace {
@@ -211,23 +210,14 @@ void MessagePaths::read(const RawMessage& raw, std::vector<Vector>& vectors) con
   vectors.assign(vectors_, Vector{{}, raw.record_time});
   std::vector<const Target*> wanted;
   for (const Target& target : targets_) wanted.push_back(&target);
-  const auto walk = [&](auto wire) {
-    Walk<decltype(wire)> walker{wire, types_, vectors, 1024 + 2 * raw.size};
+  const auto walk = [&](auto& wire) {
+    Walk<std::remove_reference_t<decltype(wire)>> walker{wire, types_, vectors, 1024 + 2 * raw.size};
     walker.message(topic_.type, wanted, 0);
     if (walker.found != wanted.size()) {
       throw ros1::MalformedMessage("a list in the message is shorter than the platform file's paths require");
     }
   };
-  try {
-    if (topic_.encoding == Encoding::cdr) {
-      walk(CdrWireReader(raw.data, raw.size));
-    } else {
-      walk(Ros1WireReader(raw.data, raw.size));
-    }
-  } catch (const ros1::MalformedMessage& error) {
-    throw InputError(fmt::format("{}: topic {}, recorded at {} s: {}", source_, topic_.name,
-                                 raw.record_time / 1'000'000'000, error.what()));
-  }
+  with_reader(source_, topic_, raw, walk, "");
 }
 
 }  // namespace lodestone

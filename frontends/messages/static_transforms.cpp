@@ -1,14 +1,10 @@
 #include "frontends/messages/static_transforms.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
 #include "frontends/messages/message_reading.h"
-#include "frontends/messages/wire_cdr.h"
-#include "frontends/messages/wire_ros1.h"
+#include "frontends/messages/with_reader.h"
 
 namespace lodestone {
 namespace {
@@ -71,19 +67,7 @@ std::optional<Pose> StaticTransforms::between(const std::string& a, const std::s
 
 void add_transforms(const std::string& path, const TopicInfo& topic, const RawMessage& raw,
                     StaticTransforms& transforms) {
-  try {
-    if (topic.encoding == Encoding::cdr) {
-      CdrWireReader wire(raw.data, raw.size);
-      read_transforms(wire, transforms);
-    } else {
-      Ros1WireReader wire(raw.data, raw.size);
-      read_transforms(wire, transforms);
-    }
-  } catch (const ros1::MalformedMessage& error) {
-    throw InputError(
-        fmt::format("{}: topic {}, recorded at {} s: {}; record the log again, or cut it before this message", path,
-                    topic.name, raw.record_time / 1'000'000'000, error.what()));
-  }
+  with_reader(path, topic, raw, [&](auto& wire) { read_transforms(wire, transforms); });
 }
 
 void read_static_transforms(const std::string& path, MessageSource& log, StaticTransforms& transforms) {
