@@ -26,7 +26,12 @@ bool is_digit(char character) {
   return character >= '0' && character <= '9';
 }
 
-Pose make_pose(const TableLine& line, const std::array<double, 7>& values, bool scalar_first) {
+/// `parts`: a line's values, of which the pose is the second to the eighth.
+Pose parse_pose(const TableLine& line, const std::vector<std::string_view>& parts, bool scalar_first) {
+  std::array<double, 7> values{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!parse_finite(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
+  }
   Pose pose;
   pose.position = Vector3(values[0], values[1], values[2]);
   const double* q = values.data() + 3;
@@ -68,11 +73,7 @@ Trajectory parse_tum(const std::string& path, const std::string& text) {
     StampedPose pose;
     if (!parse_stamp(parts[0], pose.time))
       line.fail("'" + std::string(parts[0]) + "' is no stamp in seconds" + kStampsWithin);
-    std::array<double, 7> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!parse_finite(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
-    }
-    pose.pose = make_pose(line, values, false);
+    pose.pose = parse_pose(line, parts, false);
     return pose;
   });
 }
@@ -87,11 +88,7 @@ Trajectory parse_euroc(const std::string& path, const std::string& text) {
     if (!parse_number(parts[0], pose.time) || pose.time > farthest_time || pose.time < -farthest_time) {
       line.fail("'" + std::string(parts[0]) + "' is no stamp in whole nanoseconds" + kStampsWithin);
     }
-    std::array<double, 7> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      if (!parse_finite(parts[i + 1], values[i])) line.fail("'" + std::string(parts[i + 1]) + "' is no finite number");
-    }
-    pose.pose = make_pose(line, values, true);
+    pose.pose = parse_pose(line, parts, true);
     return pose;
   });
 }
