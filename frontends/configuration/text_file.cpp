@@ -15,7 +15,7 @@ namespace lodestone {
 namespace {
 
 /// No text file of this program is larger.
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 32;
+constexpr std::uintmax_t kMostTextBytes = std::uintmax_t{1} << 32;
 
 /// A pipe passed by the shell, as in `--truth <(zcat truth.tum.gz)`, has an end; a named pipe may block forever.
 bool is_handed_over(const std::string& path) {
@@ -32,9 +32,9 @@ std::string read_text_file(const std::string& path) {
   if (!is_file && !is_handed_over(path))
     throw InputError(path + ": expected a file, found a pipe, a device or a socket");
   const std::uintmax_t bytes = is_file ? std::filesystem::file_size(path, code) : 0;
-  if (!code && bytes > kMostBytes) {
+  if (!code && bytes > kMostTextBytes) {
     throw InputError(path + ": has " + std::to_string(bytes) + " bytes; expected a text of at most " +
-                     std::to_string(kMostBytes));
+                     std::to_string(kMostTextBytes));
   }
   std::ifstream stream(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};

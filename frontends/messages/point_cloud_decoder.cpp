@@ -24,10 +24,10 @@ bool same_fields(const std::vector<PointField>& a, const std::vector<PointField>
 }
 
 /// No LiDAR measures that far. The voxels of nearer points have coordinates within the range of int.
-constexpr float kFarthest_m = 131'072.0F;
+constexpr float kFarthestPoint_m = 131'072.0F;
 
 bool is_far(const Eigen::Vector3f& position) {
-  return position.allFinite() && position.cwiseAbs().maxCoeff() > kFarthest_m;
+  return position.allFinite() && position.cwiseAbs().maxCoeff() > kFarthestPoint_m;
 }
 
 bool is_return(const Eigen::Vector3f& position) {

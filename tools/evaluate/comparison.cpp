@@ -30,7 +30,7 @@ std::vector<double> in_degrees(std::vector<double> radians) {
   return radians;
 }
 
-std::string span(const Trajectory& trajectory) {
+std::string span_text(const Trajectory& trajectory) {
   return format_stamp(trajectory.front().time) + " to " + format_stamp(trajectory.back().time);
 }
 
@@ -45,7 +45,7 @@ PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, cons
     throw InputError(
         fmt::format("{} and {}: no stamps match: they span {} s and {} s; check that both use one clock, or "
                     "widen --max-difference (now {} s)",
-                    call.estimate, call.truth, span(estimate), span(truth), call.max_difference_s));
+                    call.estimate, call.truth, span_text(estimate), span_text(truth), call.max_difference_s));
   }
   return pairs;
 }

@@ -14,7 +14,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::array<const char*, 6> kNames{"phi_x", "phi_y", "phi_z", "p_x", "p_y", "p_z"};
+constexpr std::array<const char*, 6> kTangentNames{"phi_x", "phi_y", "phi_z", "p_x", "p_y", "p_z"};
 constexpr int kUpperEntries = 21;
 
 std::optional<StampedCovariance> parse_row(std::string_view line) {
@@ -43,7 +43,8 @@ std::optional<StampedCovariance> parse_row(std::string_view line) {
 std::string covariance_header() {
   std::string text = "t_s";
   for (std::size_t row = 0; row < 6; ++row) {
-    for (std::size_t column = row; column < 6; ++column) text += fmt::format(",{}.{}", kNames[row], kNames[column]);
+    for (std::size_t column = row; column < 6; ++column)
+      text += fmt::format(",{}.{}", kTangentNames[row], kTangentNames[column]);
   }
   return text + "\n";
 }
