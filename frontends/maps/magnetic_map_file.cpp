@@ -150,8 +150,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
     errors.correlation_m = positive(*correlation);
   }
   if (const ConfigurationNode* shares = node.find("sigma_shares")) {
-    const std::vector<double> values = shares->as_doubles(3);
-    errors.sigma_shares = {values[0], values[1], values[2]};
+    errors.sigma_shares = Vector3(shares->as_doubles(3).data());
     if (!(errors.sigma_shares.minCoeff() > 0.0)) shares->fail("expected three positive numbers");
   }
   if (const ConfigurationNode* sigma = node.find("height_sigma_m")) {

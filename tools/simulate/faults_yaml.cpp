@@ -16,8 +16,7 @@ constexpr double largest_slip = 100.0;    // spinning wheels
 constexpr double largest_offset_s = 5.0;  // with larger offsets, sensors have no common clock at all
 
 Vector3 vector_of(const ConfigurationNode& node) {
-  const auto values = node.as_doubles(3);
-  return {values[0], values[1], values[2]};
+  return Vector3(node.as_doubles(3).data());
 }
 
 /// Allowed keys of an entry, without `kind`.

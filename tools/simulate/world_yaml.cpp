@@ -35,10 +35,7 @@ class Section {
     const ConfigurationNode* child = find(key);
     return child != nullptr ? child->as_string() : std::string{};
   }
-  Vector3 vector(const std::string& key) {
-    const auto values = at(key).as_doubles(3);
-    return {values[0], values[1], values[2]};
-  }
+  Vector3 vector(const std::string& key) { return Vector3(at(key).as_doubles(3).data()); }
   Vector3 vector(const std::string& key, const Vector3& fallback) {
     return node_.has(key) ? vector(key) : (known_.push_back(key), fallback);
   }
