@@ -80,6 +80,8 @@ struct ScanBundle {
   std::vector<MagneticArraySample> magnetic;  ///< in (previous end, end], in order of time
   std::vector<WheelSample> wheels{};          ///< the same
   double imu_gap_s = 0.0;  ///< longest time between measured samples of the IMU that overlaps the bundle
+  /// The scan's points for registration, if the reader has chosen them already, with the options of the run.
+  std::optional<std::vector<LidarPoint>> sampled{};
 };
 
 }  // namespace lodestone

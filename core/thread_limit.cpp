@@ -48,6 +48,10 @@ void limit_blas() {
   if (auto* set = openblas_function<void(int)>("openblas_set_num_threads")) set(1);
 }
 
+int usable_threads() {
+  return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
 struct ThreadLimit::Control {
   std::optional<tbb::global_control> limit;
 };

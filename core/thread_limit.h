@@ -13,6 +13,9 @@ std::string blas_description();
 /// InputError if OpenBLAS was built without threads: then it is not safe to call from several threads.
 void limit_blas();
 
+/// Threads that a loop of parallel_for may use now.
+int usable_threads();
+
 /// Limits the number of threads during its lifetime (0: all of the machine), and those of BLAS.
 class ThreadLimit {
  public:

@@ -30,6 +30,14 @@ class WarningLog {
     entry.last_time = time;
   }
 
+  /// Adds warnings that were counted elsewhere since the last of these.
+  void add(const WarningLog& later) {
+    for (const auto& [kind, entry] : later.entries_) {
+      add(kind, entry.first_detail, entry.first_time, entry.count);
+      entries_[kind].last_time = entry.last_time;
+    }
+  }
+
   std::int64_t count(const std::string& kind) const {
     const auto found = entries_.find(kind);
     return found == entries_.end() ? 0 : found->second.count;

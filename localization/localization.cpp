@@ -43,38 +43,38 @@ void check_within_map(const Site& site, const Pose& pose, Time time, WarningLog&
   }
 }
 
-/// Bundles that were read ahead, then the others.
-class BundlesReadAhead {
+/// Bundles that a search has seen, then the others.
+class SeenBundles {
  public:
-  explicit BundlesReadAhead(const NextBundle& next) : next_(next) {}
+  explicit SeenBundles(const NextBundle& next) : next_(next) {}
 
-  bool read_ahead(ScanBundle& bundle) {
+  bool look(ScanBundle& bundle) {
     if (!next_(bundle)) return false;
-    ahead_.push_back(bundle);
+    seen_.push_back(bundle);
     return true;
   }
 
   bool next(ScanBundle& bundle) {
-    if (ahead_.empty()) return next_(bundle);
-    bundle = std::move(ahead_.front());
-    ahead_.pop_front();
+    if (seen_.empty()) return next_(bundle);
+    bundle = std::move(seen_.front());
+    seen_.pop_front();
     return true;
   }
 
  private:
   const NextBundle& next_;
-  std::deque<ScanBundle> ahead_;
+  std::deque<ScanBundle> seen_;
 };
 
 LocalizationResult localize_bundles(const NextBundle& next, const Site& site, const LocalizationTask& given,
                                     EstimateSink& sink, WarningLog& warnings) {
   const ThreadLimit limit(given.threads);
   LocalizationTask task = given;
-  BundlesReadAhead bundles(next);
+  SeenBundles bundles(next);
   if (std::holds_alternative<SearchedPose>(task.initial_pose)) {
     task.initial_pose = find_initial_pose(
                             "the log", estimator_input(site, {}, nullptr),
-                            [&](ScanBundle& bundle) { return bundles.read_ahead(bundle); }, warnings)
+                            [&](ScanBundle& bundle) { return bundles.look(bundle); }, warnings)
                             .start;
   }
   ProcessedBundles processed = process_bundles(

@@ -6,13 +6,41 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/lidar/scan_sampling.h"
+#include "core/thread_limit.h"
 #include "frontends/configuration/magnetometer_choice.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/synchronizer/bag_source.h"
 #include "frontends/synchronizer/synchronizer.h"
+#include "localization/read_ahead.h"
 
 namespace lodestone {
+
+namespace {
+
+/// Reads a log's bundles and, where they are read ahead, samples their scans.
+struct LogReader {
+  LogReader(const std::string& log, const Site& site)
+      : source(log, site.platform, warnings, site.sensors),
+        synchronizer(source, site.platform.suite, warnings, site.sensors),
+        lidars(site.sensors.lidar ? site.platform.suite.lidars() : std::vector<LidarModel>()),
+        sampling(site.options.lidar.sampling) {}
+
+  bool read(ScanBundle& bundle) {
+    const bool any = synchronizer.next(bundle);
+    if (any && !lidars.empty() && usable_threads() > 1) bundle.sampled = sample_scan(bundle.scan, lidars, sampling);
+    return any;
+  }
+
+  WarningLog warnings;  // not given to the caller yet
+  BagSource source;
+  Synchronizer synchronizer;
+  std::vector<LidarModel> lidars;
+  ScanSamplingOptions sampling;
+};
+
+}  // namespace
 
 SensorChoice sensors_for(const MapFiles& files) {
   return {.lidar = !files.cloud.empty(), .magnetometers = !files.magnetic.empty()};
@@ -70,10 +98,12 @@ OpenedLog open_bundles(MeasurementSource& source, const Site& site, WarningLog& 
 }
 
 OpenedLog open_bundles(const std::string& log, const Site& site, WarningLog& warnings) {
-  const auto source = std::make_shared<BagSource>(log, site.platform, warnings, site.sensors);
-  OpenedLog opened = open_bundles(*source, site, warnings);
-  opened.next = [source, next = std::move(opened.next)](ScanBundle& bundle) { return next(bundle); };
-  return opened;
+  const auto reader = std::make_shared<LogReader>(log, site);
+  warnings.add(std::exchange(reader->warnings, {}));
+  const auto read = [reader](ScanBundle& bundle) { return reader->read(bundle); };
+  const auto ahead = std::make_shared<ReadAhead>(read, reader->warnings, warnings);
+  return {reader->source.begin_time(), reader->source.end_time(),
+          [ahead](ScanBundle& bundle) { return ahead->next(bundle); }};
 }
 
 EstimatorInput estimator_input(const Site& site, const Pose& T_map_imu, WarningLog* warnings) {

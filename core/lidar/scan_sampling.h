@@ -37,6 +37,12 @@ struct ScanSamplingOptions {
 std::vector<LidarPoint> sample_scan(const LidarScan& scan, std::span<const LidarModel> lidars,
                                     const ScanSamplingOptions& options);
 
+/// The bundle's sampled points, or if there are none, those that `sample_scan` chooses now: the same.
+inline std::vector<LidarPoint> registration_points(const ScanBundle& bundle, std::span<const LidarModel> lidars,
+                                                   const ScanSamplingOptions& options) {
+  return bundle.sampled ? *bundle.sampled : sample_scan(bundle.scan, lidars, options);
+}
+
 /// Samples a scan of one LiDAR.
 inline std::vector<LidarPoint> sample_scan(const LidarScan& scan, const LidarModel& lidar,
                                            const ScanSamplingOptions& options) {

@@ -27,7 +27,7 @@ std::vector<Correspondence> correspondences_of(const EstimatorInput& input, cons
                                                const Estimate& estimate) {
   if (bundle.imu.empty() || !is_within_reach(input, estimate.state)) return {};
   const LidarOptions& options = input.options.lidar;
-  const std::vector<LidarPoint> sampled = sample_scan(bundle.scan, input.suite.lidars(), options.sampling);
+  const std::vector<LidarPoint> sampled = registration_points(bundle, input.suite.lidars(), options.sampling);
   const std::vector<Eigen::Vector3f> points =
       deskew(sampled, bundle.scan.start, ScanMotion(estimate.state, bundle.imu), input.suite.lidar.T_imu_lidar);
   const Pose& pose = estimate.state.T_map_imu;

@@ -68,7 +68,7 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
   Degeneracy degeneracy = no_degeneracy();
   if (input_.planes != nullptr) {
     const ScanMotion motion(state_, bundle.imu);
-    const auto sampled = sample_scan(bundle.scan, input_.suite.lidars(), options.lidar.sampling);
+    const auto sampled = registration_points(bundle, input_.suite.lidars(), options.lidar.sampling);
     scan.points = deskew(sampled, bundle.scan.start, motion, input_.suite.lidar.T_imu_lidar);
     scan.lidars = ScanLidars(input_.suite.lidars(), sampled);
     scan.planes = input_.planes->around(scan.predicted.position);

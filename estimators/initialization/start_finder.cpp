@@ -41,6 +41,7 @@ std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
 /// The bundle with a part of its points: each scan is sampled once for all hypotheses.
 ScanBundle sampled(ScanBundle bundle, const SensorSuite& suite, const ScanSamplingOptions& sampling) {
   bundle.scan.points = sample_scan(bundle.scan, suite.lidars(), sampling);
+  bundle.sampled.reset();
   return bundle;
 }
 

@@ -200,7 +200,7 @@ void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) c
   keyframe.wheel_samples = bundle.wheels;
   if (input_.planes != nullptr) {
     const WorkTimer timer(Work::sample);
-    keyframe.points = sample_scan(bundle.scan, input_.suite.lidars(), input_.options.lidar.sampling);
+    keyframe.points = registration_points(bundle, input_.suite.lidars(), input_.options.lidar.sampling);
   }
 }
 
