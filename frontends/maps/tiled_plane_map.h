@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -23,8 +24,9 @@ struct TilePiece {
 };
 
 /// A map larger than memory: planes are on disk in tiles; tiles around the robot are in memory. Tiles are loaded only
-/// if the robot has moved by half a tile since the last loading. Earlier tiles stay as long as a user has a reference,
-/// and are reused, so that a smoother with a window across tiles does not reload them repeatedly.
+/// if the robot has moved by half a tile since the last loading; shortly before, a thread of its own begins to load
+/// them where the robot will be then, unless ThreadLimit allows one thread only. Earlier tiles stay as long as a user
+/// has a reference, and are reused, so that a smoother with a window across tiles does not reload them repeatedly.
 class TiledPlaneMap final : public PlaneMapSource {
  public:
   /// Tiles with all fitted planes.
@@ -62,6 +64,7 @@ class TiledPlaneMap final : public PlaneMapSource {
     std::weak_ptr<const PlaneMap> map;
   };
   std::shared_ptr<const PlaneMap> load(const Eigen::Vector2d& center) const;
+  void load_ahead(const Eigen::Vector2d& place) const;
 
   Content content_;
   double reach_m_;
@@ -70,6 +73,8 @@ class TiledPlaneMap final : public PlaneMapSource {
   mutable std::shared_ptr<const PlaneMap> newest_;  ///< keeps the newest tiles between queries
   mutable std::vector<Residence> residences_;
   mutable std::int64_t loads_ = 0;
+  mutable Eigen::Vector2d ahead_center_ = Eigen::Vector2d::Zero();
+  mutable std::future<std::shared_ptr<const PlaneMap>> ahead_;  ///< the next tiles; its destructor waits for the thread
 };
 
 /// Divides a cloud of any size into tiles and fits their planes. Memory: `buffer_bytes` of points while adding, then

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/error.h"
+#include "core/thread_limit.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/maps/point_cloud_writer.h"
 #include "tests/frontends/logs/test_files.h"
@@ -121,6 +122,31 @@ TEST(TiledPlaneMap, MemoryIsBoundedByTheRadiusNotByTheMap) {
   // One load at the start, then one per half tile.
   EXPECT_LE(source->loads(), static_cast<std::int64_t>(1 + 400.0 / 3.5));
   EXPECT_GE(source->loads(), 100);
+}
+
+/// With a second thread, the next tiles are there when the robot leaves the old ones, on any way: straight on, on a
+/// curve, to and fro. What a robot at any place finds is that of the whole map.
+TEST(TiledPlaneMap, TilesThatAreLoadedAheadServeEveryWay) {
+  const std::vector<Eigen::Vector3f> points = hall(60.0F, 3000, 6);
+  const TemporaryFolder folder;
+  const auto whole = std::make_shared<const PlaneMap>(points, small_tiles());
+  for (const int threads : {1, 2}) {
+    const ThreadLimit limit(threads);
+    const auto source = tiled(points, small_tiles(), folder, 10.0);
+    for (int step = 0; step < 400; ++step) {
+      const double way = 0.1 * step;
+      const Eigen::Vector3d robot(way < 20.0 ? way : 20.0 + 8.0 * std::sin(way), 2.0 * std::cos(way), 0.5);
+      const auto around = source->around(robot);
+      for (int i = 0; i < 40; ++i) {
+        const double angle = 0.157 * i;
+        const Eigen::Vector3f point(static_cast<float>(robot.x() + 9.9 * std::cos(angle)),
+                                    static_cast<float>(robot.y() + 9.9 * std::sin(angle)),
+                                    0.05F * std::sin(static_cast<float>(robot.x() + 9.9 * std::cos(angle))));
+        ASSERT_TRUE(same(around->match(point, 0.3F), whole->match(point, 0.3F))) << point.transpose();
+      }
+    }
+    EXPECT_GT(source->loads(), 8) << threads;
+  }
 }
 
 TEST(TiledPlaneMap, WhatIsHeldOutlivesTheTilesAndServesTheWindowsTail) {
