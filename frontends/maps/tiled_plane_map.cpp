@@ -40,7 +40,10 @@ std::shared_ptr<const PlaneMap> TiledPlaneMap::around(const Vector3& position) c
   std::erase_if(residences_, [](const Residence& residence) { return residence.map.expired(); });
   const bool is_ahead = ahead_.valid() && (place - ahead_center_).norm() <= moves_m_;
   if (ahead_.valid()) newest_ = ahead_.get();
-  if (!is_ahead) newest_ = load(place);
+  if (!is_ahead) {
+    newest_.reset();
+    newest_ = load(place);
+  }
   residences_.push_back({is_ahead ? ahead_center_ : place, newest_});
   ++loads_;
   return newest_;
