@@ -14,6 +14,7 @@
 #include "estimators/baselines/state_cloud.h"
 #include "estimators/initial_state.h"
 #include "estimators/layer_height.h"
+#include "estimators/mixture/field_update.h"
 #include "estimators/smoother/field_weighting.h"
 
 namespace lodestone {
@@ -23,8 +24,6 @@ namespace {
 constexpr std::size_t kMostComponents = 2000;
 constexpr std::size_t kMostParts = 3 * kMostComponents;  ///< before they are merged
 constexpr double kLeastWeight = 1e-6;                    ///< of the heaviest component's
-/// Largest sigma of a component's position, m: a third of the smallest length scale of fields near steel (0.24 m).
-constexpr double kWidest_m = 0.08;
 /// Components in one bin are merged.
 constexpr double kBin_m = 0.05, kBin_rad = 0.05, kBin_m_s = 0.1;
 /// Offsets of real sensors are not normal: a few drift. Sigma of the prior over that of the platform file.
@@ -75,94 +74,22 @@ std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> component
   return result;
 }
 
-/// Kalman update of the covariance and of `step`, which is added to the state at the end, by residual + H step. `H`:
-/// rows×n. Returns the covariance of the residual.
-template <int kRows>
-Eigen::Matrix<double, kRows, kRows> correct(const Eigen::Matrix<double, kRows, 1>& residual,
-                                            const Eigen::Matrix<double, kRows, Eigen::Dynamic>& H,
-                                            const Eigen::Matrix<double, kRows, kRows>& noise,
-                                            Eigen::MatrixXd& covariance, Eigen::VectorXd& step) {
-  const Eigen::Matrix<double, Eigen::Dynamic, kRows> crossed = covariance.lazyProduct(H.transpose());
-  const Eigen::Matrix<double, kRows, kRows> innovation = H.lazyProduct(crossed) + noise;
-  const Eigen::Matrix<double, Eigen::Dynamic, kRows> gain = crossed.lazyProduct(innovation.inverse());
-  step -= gain * (residual + H * step);
-  covariance -= gain.lazyProduct(crossed.transpose());
-  return innovation;
-}
-
-void make_symmetric(Eigen::MatrixXd& matrix) {
-  matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
-}
-
-/// The same for one measurement of a component. `H`: the residual's derivative by the first components of its state.
+/// Kalman update of a component by one measurement. `H`: the residual's derivative by the first components of its
+/// error. Returns the covariance of the residual.
 template <int kRows, int kColumns>
 Eigen::Matrix<double, kRows, kRows> update_by(const Eigen::Matrix<double, kRows, 1>& residual,
                                               const Eigen::Matrix<double, kRows, kColumns>& H,
                                               const Eigen::Matrix<double, kRows, kRows>& noise,
                                               PlaceComponent& component) {
-  const Eigen::Index size = component.covariance.cols();
-  Eigen::Matrix<double, kRows, Eigen::Dynamic> padded(kRows, size);
-  padded.setZero();
-  padded.template leftCols<kColumns>() = H;
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(size);
-  const auto innovation = correct<kRows>(residual, padded, noise, component.covariance, step);
-  make_symmetric(component.covariance);
-  component.move(step);
+  Eigen::MatrixXd& P = component.covariance;
+  const Eigen::Matrix<double, Eigen::Dynamic, kRows> crossed =
+      P.template leftCols<kColumns>().lazyProduct(H.transpose());
+  const Eigen::Matrix<double, kRows, kRows> innovation = H * crossed.template topRows<kColumns>() + noise;
+  const Eigen::Matrix<double, Eigen::Dynamic, kRows> gain = crossed.lazyProduct(innovation.inverse());
+  P -= gain.lazyProduct(crossed.transpose());
+  P.template triangularView<Eigen::StrictlyUpper>() = P.transpose();
+  component.move(-gain * residual);
   return innovation;
-}
-
-/// A third of the trace of H P Hᵀ.
-double mean_variance(const Eigen::MatrixXd& P, const Eigen::Matrix<double, 3, Eigen::Dynamic>& H) {
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> crossed = P.lazyProduct(H.transpose());
-  return crossed.cwiseProduct(H.transpose()).sum() / 3.0;
-}
-
-/// Wider than the structure of the field: the gradient at the mean says nothing. Such a component exists where there
-/// are too many to be split.
-bool is_wide(const PlaceComponent& component) {
-  const double variance = component.covariance.diagonal().segment<2>(tangent::position).maxCoeff();
-  return variance > 4.0 * kWidest_m * kWidest_m;
-}
-
-/// A reading at a component: predicted minus measured field, map axes.
-struct ReadingFit {
-  bool informs = false;  ///< false: the field may be any of the map
-  Vector3 residual_ut = Vector3::Zero();
-  double sensor_variance_ut2 = 0.0;  ///< per component
-  double map_variance_ut2 = 0.0;
-  double variance_ut2() const { return sensor_variance_ut2 + map_variance_ut2; }
-};
-
-/// `H`: the residual's derivative, 3×n; zero off the map.
-ReadingFit fit(const MeanReading& reading, const PlaceComponent& component, const EstimatorInput& input,
-               const FieldBackground& background, Eigen::Matrix<double, 3, Eigen::Dynamic>& H) {
-  const Pose& T_map_imu = component.state.T_map_imu;
-  const Matrix3 R = T_map_imu.rotation.toRotationMatrix();
-  const Matrix3 R_imu_mag = reading.T_end_mag.rotation.toRotationMatrix();
-  const Eigen::Index at = 3 * reading.magnetometer;
-  const Vector3 measured_ut = R_imu_mag * (reading.measured_ut - component.offsets_ut.segment<3>(at));
-  const MagnetometerCalibrationSigmas& calibration = input.suite.calibration.magnetometers;
-  const double noise_ut = input.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
-  const double relative = std::hypot(calibration.rotation_sigma_deg * M_PI / 180.0, calibration.matrix_sigma);
-  ReadingFit result;
-  result.sensor_variance_ut2 =
-      noise_ut * noise_ut / reading.samples + relative * relative * measured_ut.squaredNorm() / 3.0;
-  H.setZero(3, component.covariance.cols());
-  const auto field = input.field->query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bicubic);
-  if (!field || is_wide(component)) {
-    result.residual_ut = background.mean_ut - R * measured_ut;
-    result.map_variance_ut2 = background.sigma_ut * background.sigma_ut;
-    return result;
-  }
-  result.informs = true;
-  result.residual_ut = field->field_ut - R * measured_ut;
-  const double by_place_ut = calibration.translation_sigma_m * field->gradient.norm() / std::sqrt(3.0);
-  result.map_variance_ut2 = std::pow(std::max(field->sigma_ut, kMapSigmaFloor_ut), 2) + by_place_ut * by_place_ut;
-  H.middleCols<3>(tangent::rotation) =
-      R * so3::hat(measured_ut) - field->gradient * R * so3::hat(reading.T_end_mag.position);
-  H.middleCols<3>(tangent::position) = field->gradient;
-  H.middleCols<3>(kOffsets + at) = R * R_imu_mag;
-  return result;
 }
 
 }  // namespace
@@ -230,7 +157,7 @@ void PlaceMixture::split() {
           const Matrix3 position = P.block<3, 3>(tangent::position, tangent::position);
           const Eigen::SelfAdjointEigenSolver<Matrix3> solver(position);
           const double sigma_m = std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
-          if (sigma_m > kWidest_m) {
+          if (sigma_m > kWidestPlace_m) {
             steps[i] = P.middleCols<3>(tangent::position) * solver.eigenvectors().col(2) / sigma_m;
           }
         },
@@ -285,10 +212,9 @@ void PlaceMixture::update_wheels(const ScanBundle& bundle) {
 /// (docs/design/013-correlated-field-map-error.md). One share serves all components, so that these are comparable.
 double PlaceMixture::information_share(const ArrayReading& array, double spacing_m) const {
   const double repeats = correlation_inflation(spacing_m, correlation_m_);
-  Eigen::Matrix<double, 3, Eigen::Dynamic> unused;
   double single = 0.0, repeated = 0.0;
   for (const MeanReading& reading : array.readings) {
-    const ReadingFit found = fit(reading, components_.front(), input_, background_, unused);
+    const ReadingFit found = fit_reading(reading, components_.front(), input_, background_);
     single += found.variance_ut2();
     repeated += repeats * (found.sensor_variance_ut2 + crowding_ * found.map_variance_ut2);
   }
@@ -303,29 +229,19 @@ void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
       std::size_t{0}, components_.size(),
       [&](std::size_t i) {
         PlaceComponent& component = components_[i];
-        Eigen::MatrixXd covariance;  // after the readings so far; weights are by that before
-        Eigen::VectorXd step;
-        Eigen::Matrix<double, 3, Eigen::Dynamic> H;
+        FieldUpdate readings;  // the weight is by the component before them
         for (const MeanReading& reading : array.readings) {
-          const ReadingFit found = fit(reading, component, input_, background_, H);
-          const double spread = found.informs ? mean_variance(component.covariance, H) : 0.0;
+          const ReadingFit found = fit_reading(reading, component, input_, background_);
+          const double spread = found.informs ? mean_variance_ut2(component.covariance, found) : 0.0;
           const double total = found.variance_ut2() + spread;
           const double squared = found.residual_ut.squaredNorm() / total;
           component.log_weight -=
               share * (1.5 * std::log(total) + 0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
           if (!found.informs) continue;
-          if (step.size() == 0) {
-            covariance = component.covariance;
-            step.setZero(covariance.cols());
-          }
           const double robust = std::max(1.0, (kStudentDegrees + squared) / (kStudentDegrees + 3.0));
-          correct<3>(found.residual_ut, H, Matrix3::Identity() * (found.variance_ut2() * robust / share), covariance,
-                     step);
+          readings.add(component, found, found.variance_ut2() * robust / share);
         }
-        if (step.size() == 0) return;
-        make_symmetric(covariance);
-        component.covariance = std::move(covariance);
-        component.move(step);
+        readings.apply(component);
       },
       16);
 }
