@@ -13,7 +13,7 @@ namespace {
 
 constexpr Eigen::Index kSize = tangent::size + 12;  // four magnetometers
 
-PlaceComponent place() {
+PlaceComponent place_over_stripes() {
   PlaceComponent result;
   result.state.T_map_imu = {so3::exp({0.05, -0.1, 1.2}), {1.3, 0.4, 0.2}};
   RandomStream random(4, "a component over stripes");
@@ -27,7 +27,7 @@ PlaceComponent place() {
   return result;
 }
 
-std::vector<MeanReading> readings(const StripedField& stripes) {
+std::vector<MeanReading> readings_over(const StripedField& stripes) {
   std::vector<MeanReading> result;
   for (int i = 0; i < 4; ++i) {
     MeanReading reading;
@@ -41,7 +41,7 @@ std::vector<MeanReading> readings(const StripedField& stripes) {
   return result;
 }
 
-Eigen::MatrixXd dense(const ReadingFit& found) {
+Eigen::MatrixXd dense_derivative(const ReadingFit& found) {
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(3, kSize);
   H.leftCols<6>() = found.by_pose;
   H.middleCols<3>(found.offset) = found.by_offset;
@@ -51,8 +51,8 @@ Eigen::MatrixXd dense(const ReadingFit& found) {
 TEST(FitReading, DerivativesAreThoseOfSmallSteps) {
   const StripedField stripes;
   const FieldBackground background = field_background(*stripes.input.field);
-  const PlaceComponent at = place();
-  for (const MeanReading& reading : readings(stripes)) {
+  const PlaceComponent at = place_over_stripes();
+  for (const MeanReading& reading : readings_over(stripes)) {
     const ReadingFit found = fit_reading(reading, at, stripes.input, background);
     ASSERT_TRUE(found.informs);
     constexpr double kStep = 1e-5;
@@ -65,20 +65,20 @@ TEST(FitReading, DerivativesAreThoseOfSmallSteps) {
                         fit_reading(reading, before, stripes.input, background).residual_ut) /
                        (2.0 * kStep);
     }
-    EXPECT_LT((dense(found) - numeric).norm(), 1e-3 * numeric.norm()) << reading.magnetometer;
+    EXPECT_LT((dense_derivative(found) - numeric).norm(), 1e-3 * numeric.norm()) << reading.magnetometer;
     EXPECT_NEAR(mean_variance_ut2(at.covariance, found),
-                (dense(found) * at.covariance * dense(found).transpose()).trace() / 3.0, 1e-9);
+                (dense_derivative(found) * at.covariance * dense_derivative(found).transpose()).trace() / 3.0, 1e-9);
   }
 }
 
 TEST(FitReading, OffTheMapAndInAWideComponentTheFieldIsThatOfTheWholeMap) {
   const StripedField stripes;
   const FieldBackground background = field_background(*stripes.input.field);
-  PlaceComponent outside = place(), wide = place();
+  PlaceComponent outside = place_over_stripes(), wide = place_over_stripes();
   outside.state.T_map_imu.position.x() = 200.0;
   wide.covariance(tangent::position, tangent::position) = 5.0 * kWidestPlace_m * kWidestPlace_m;
   for (const PlaceComponent& one : {outside, wide}) {
-    const ReadingFit found = fit_reading(readings(stripes).front(), one, stripes.input, background);
+    const ReadingFit found = fit_reading(readings_over(stripes).front(), one, stripes.input, background);
     EXPECT_FALSE(found.informs);
     EXPECT_EQ(found.map_variance_ut2, background.sigma_ut * background.sigma_ut);
   }
@@ -88,14 +88,14 @@ TEST(FitReading, OffTheMapAndInAWideComponentTheFieldIsThatOfTheWholeMap) {
 TEST(FieldUpdate, IsThatOfAllReadingsTogether) {
   const StripedField stripes;
   const FieldBackground background = field_background(*stripes.input.field);
-  const PlaceComponent before = place();
+  const PlaceComponent before = place_over_stripes();
   FieldUpdate update;
   Eigen::MatrixXd H(12, kSize);
   Eigen::VectorXd residual(12), variances(12);
-  for (const MeanReading& reading : readings(stripes)) {
+  for (const MeanReading& reading : readings_over(stripes)) {
     const ReadingFit found = fit_reading(reading, before, stripes.input, background);
     const Eigen::Index row = 3 * reading.magnetometer;
-    H.middleRows<3>(row) = dense(found);
+    H.middleRows<3>(row) = dense_derivative(found);
     residual.segment<3>(row) = found.residual_ut;
     variances.segment<3>(row).setConstant(0.3 + reading.magnetometer);
     update.add(before, found, 0.3 + reading.magnetometer);
