@@ -30,7 +30,6 @@ struct InitialOptions {
   double accelerometer_bias_sigma_m_s2 = 0.1;
   double gravity_sigma_deg = 0.5;
   double search_m = 0.75;
-  double search_deg = 7.5;
 
   template <class Visitor>
   void visit(Visitor& visitor) {
@@ -45,8 +44,7 @@ struct InitialOptions {
     visitor.field("gravity_sigma_deg", gravity_sigma_deg, "sigma of the angle between gravity and the map's z axis");
     visitor.field("search_m", search_m,
                   "if the first scan and field do not fit at the initial pose, the best pose within this horizontal "
-                  "distance is searched; 0: no search");
-    visitor.field("search_deg", search_deg, "the same search: largest rotation about the vertical");
+                  "distance, and within 7.5° about the vertical, is searched; 0: no search");
   }
 
   void check() const {
@@ -57,7 +55,6 @@ struct InitialOptions {
     option_checks::positive("accelerometer_bias_sigma_m_s2", accelerometer_bias_sigma_m_s2);
     option_checks::positive("gravity_sigma_deg", gravity_sigma_deg);
     option_checks::within("search_m", search_m, 0.0, 5.0);
-    option_checks::within("search_deg", search_deg, 0.0, 45.0);
   }
 };
 
@@ -108,7 +105,6 @@ struct MagneticOptions {
   bool huber = true;
   double huber_probability = 0.95;
   double huber_power = 2.0;
-  double sensor_probability = 0.9999;
   bool map_sigma = true;
   double map_correlation_m = -1.0;
   int samples_per_reading = 5;
@@ -135,9 +131,6 @@ struct MagneticOptions {
         "huber_power", huber_power,
         "smoother: the weight is (quantile / distance) to this power; 1 is Huber's weight (the paper), 2 nearly "
         "ignores far outliers such as passing steel");
-    visitor.field("sensor_probability", sensor_probability,
-                  "a magnetometer is rejected if it deviates from the prediction by the rest of the array beyond this "
-                  "χ² quantile");
     visitor.field("map_sigma", map_sigma, "add the map's posterior variance to the sensor's noise");
     visitor.field("map_correlation_m", map_correlation_m,
                   "correlation length of the map's error: closer samples share the error; below 0: the value of the "
@@ -151,7 +144,6 @@ struct MagneticOptions {
     option_checks::within("beta", beta, 0.0, 1.0);
     option_checks::within("huber_probability", huber_probability, 0.01, 0.999999);
     option_checks::within("huber_power", huber_power, 1.0, 4.0);
-    option_checks::within("sensor_probability", sensor_probability, 0.5, 1.0 - 1e-12);
     option_checks::within("map_correlation_m", map_correlation_m, -1.0, 1e6);
     option_checks::within("samples_per_reading", samples_per_reading, 1, 1000);
   }

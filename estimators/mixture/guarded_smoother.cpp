@@ -139,7 +139,7 @@ void GuardedSmoother::begin_again(EstimateSink& sink) {
       std::max(initial.position_sigma_m, std::sqrt(position_variance_m2(newest_place_.covariance)));
   const double turn_sigma_rad = std::sqrt(newest_place_.covariance.diagonal().head<3>().maxCoeff());
   initial.rotation_sigma_deg = std::max(initial.rotation_sigma_deg, turn_sigma_rad * 180.0 / M_PI);
-  initial.search_m = initial.search_deg = 0.0;  // the mixture has searched
+  initial.search_m = 0.0;  // the mixture has searched
   smoother_ = make_(std::move(input));
   begun_ = newest_place_.time;
   elsewhere_since_.reset();

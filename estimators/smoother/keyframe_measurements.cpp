@@ -38,6 +38,10 @@ double sigma_of_a_point(const CondensedCost& cost) {
 /// accuracy (docs/design/069).
 constexpr double kBent_m = 0.005;
 
+/// A magnetometer is rejected beyond this χ² quantile of its deviation from the prediction by the rest of the array
+/// (docs/design/018-magnetometer-faults.md).
+constexpr double kSensorProbability = 0.9999;
+
 constexpr auto kHeightVariance_m2 = static_cast<float>(kLayerHeightSigma_m * kLayerHeightSigma_m);
 
 }  // namespace
@@ -47,7 +51,7 @@ KeyframeMeasurements::KeyframeMeasurements(EstimatorInput input)
       crowding_(input_.field == nullptr
                     ? std::vector<double>{}
                     : array_crowding(input_.suite, map_correlation_m(input_.options.magnetic, *input_.field))),
-      sensor_gate_(mahalanobis_quantile(3, input_.options.magnetic.sensor_probability)) {
+      sensor_gate_(mahalanobis_quantile(3, kSensorProbability)) {
   // Without LiDAR the height is unobservable, and a map of one layer holds at its height only (docs/design/017).
   if (input_.field != nullptr && input_.field->grid().heights_m.size() == 1) {
     level_ = std::make_unique<Plane>();

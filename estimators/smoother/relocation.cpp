@@ -10,9 +10,10 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kPlaceStep_m = 0.1;  // far below the distances over which a field or a wall changes
-constexpr double kStep_rad = 0.0175;  // 1°
-constexpr double kKnown_m = 0.12;     // one sigma, within reach of a linearization
+constexpr double kPlaceStep_m = 0.1;                   // far below the distances over which a field or a wall changes
+constexpr double kStep_rad = 0.0175;                   // 1°
+constexpr double kStartTurn_rad = 7.5 * M_PI / 180.0;  // largest turn of an initial pose: as far as 0.75 m at 6 m
+constexpr double kKnown_m = 0.12;                      // one sigma, within reach of a linearization
 constexpr double kFarthest_m = 6.0;
 constexpr double kLostWait_s = 1.0;  // between two searches for it
 constexpr int kMostSteps = 7;        // along the second direction and of the heading, which limits the size of the grid
@@ -42,11 +43,11 @@ FieldBackground Relocation::background() {
 std::optional<Pose> Relocation::better_start(const Keyframe& keyframe, const NavState& state,
                                              const Matrix6& covariance) {
   const InitialOptions& options = input_.options.initial;
-  if (options.search_m <= 0.0 && options.search_deg <= 0.0) return std::nullopt;
+  if (options.search_m <= 0.0) return std::nullopt;
   const PoseSearch search(input_, keyframe, state, [](int) { return Vector3::Zero().eval(); });
   return search.find(state.T_map_imu,
                      {shift(Vector3::UnitX(), options.search_m), shift(Vector3::UnitY(), options.search_m),
-                      turn(state, options.search_deg * M_PI / 180.0)},
+                      turn(state, kStartTurn_rad)},
                      covariance, [this] { return background(); });
 }
 
