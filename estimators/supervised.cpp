@@ -168,7 +168,6 @@ void Supervised::keep(const ScanBundle& bundle) {
     return;
   }
   kept_.push_back({bundle, newest_});
-  kept_.back().bundle.sampled.reset();  // a search samples otherwise
   const Time oldest = bundle.scan.end - from_seconds(input_.options.search.data_s);
   const auto is_useless = [&](const ScanBundle& kept) { return kept.scan.points.empty() || kept.scan.start < oldest; };
   while (!kept_.empty() && is_useless(kept_.front().bundle)) kept_.pop_front();

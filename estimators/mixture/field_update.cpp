@@ -3,9 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-
-#include "estimators/baselines/state_cloud.h"
-#include "estimators/smoother/field_weighting.h"
+#include <utility>
 
 namespace lodestone {
 
@@ -62,22 +60,21 @@ double mean_variance_ut2(const Eigen::MatrixXd& covariance, const ReadingFit& fo
 
 void FieldUpdate::add(const PlaceComponent& component, const ReadingFit& found, double variance_ut2) {
   const Eigen::Index size = component.covariance.cols();
-  if (!any_) {
+  if (step_.size() == 0) {
     covariance_ = component.covariance;
     step_.setZero(size);
-    any_ = true;
   }
   // P Hᵀ of the lower triangle: rows above the offset's are its columns.
-  by_offset_.resize(size, 3);
-  by_offset_.topRows(found.offset) = covariance_.block(found.offset, 0, 3, found.offset).transpose();
+  offset_columns_.resize(size, 3);
+  offset_columns_.topRows(found.offset) = covariance_.block(found.offset, 0, 3, found.offset).transpose();
   Matrix3 own = covariance_.block<3, 3>(found.offset, found.offset);
   own.triangularView<Eigen::StrictlyUpper>() = own.transpose();
-  by_offset_.middleRows<3>(found.offset) = own;
+  offset_columns_.middleRows<3>(found.offset) = own;
   const Eigen::Index below = size - found.offset - 3;
-  by_offset_.bottomRows(below) = covariance_.block(found.offset + 3, found.offset, below, 3);
+  offset_columns_.bottomRows(below) = covariance_.block(found.offset + 3, found.offset, below, 3);
   Matrix6 pose = covariance_.topLeftCorner<6, 6>();
   pose.triangularView<Eigen::StrictlyUpper>() = pose.transpose();
-  crossed_ = by_offset_.lazyProduct(found.by_offset.transpose());
+  crossed_ = offset_columns_.lazyProduct(found.by_offset.transpose());
   crossed_.topRows<6>() += pose * found.by_pose.transpose();
   crossed_.bottomRows(size - 6) += covariance_.block(6, 0, size - 6, 6).lazyProduct(found.by_pose.transpose());
 
@@ -96,11 +93,11 @@ void FieldUpdate::add(const PlaceComponent& component, const ReadingFit& found, 
 }
 
 void FieldUpdate::apply(PlaceComponent& component) {
-  if (!any_) return;
-  any_ = false;
+  if (step_.size() == 0) return;
   covariance_.triangularView<Eigen::StrictlyUpper>() = covariance_.transpose();
-  component.covariance = covariance_;
+  component.covariance = std::move(covariance_);
   component.move(step_);
+  step_.resize(0);
 }
 
 }  // namespace lodestone

@@ -45,10 +45,9 @@ class FieldUpdate {
  private:
   using ThreeColumns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-  bool any_ = false;
   Eigen::MatrixXd covariance_;  // its lower triangle
-  Eigen::VectorXd step_;
-  ThreeColumns crossed_, gain_, by_offset_;
+  Eigen::VectorXd step_;        // empty: no reading was added
+  ThreeColumns offset_columns_, crossed_, gain_;
 };
 
 }  // namespace lodestone

@@ -12,8 +12,8 @@ class Relocation {
   explicit Relocation(const EstimatorInput& input) : input_(input) {}
 
   /// A better initial pose than the given one, if the first scan and its readings support it: horizontally within
-  /// initial.search_m and in heading within 7.5°. `state`: at the given initial pose; `covariance`: of
-  /// its pose (φ right, p map).
+  /// initial.search_m and in heading within 7.5°. `state`: at the given initial pose; `covariance`: of its pose (φ
+  /// right, p map).
   std::optional<Pose> better_start(const Keyframe& keyframe, const NavState& state, const Matrix6& covariance);
 
   /// The pose along directions in which the prediction is too uncertain for a linearization, within three sigmas of
