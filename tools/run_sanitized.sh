@@ -15,7 +15,7 @@ jobs=${LODESTONE_JOBS:-$(nproc)}
 
 # SANITIZER-PROGRAM, with /PARTS if the program is divided.
 programs=(thread-core address-core thread-factors address-factors thread-frontends address-frontends
-  thread-estimators/6 address-estimators/8 thread-localization address-localization
+  thread-estimators/6 address-estimators/16 thread-localization address-localization
   thread-tools/4 address-tools/4)
 shards=()
 for program in "${programs[@]}"; do
