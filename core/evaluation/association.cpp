@@ -62,4 +62,12 @@ PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& t
   return pairs;
 }
 
+Trajectory truth_at(const std::vector<Time>& times, const Trajectory& truth) {
+  Trajectory wanted;
+  for (const Time time : times) wanted.push_back({time, {}});
+  Trajectory found;
+  for (const PosePair& pair : associate_interpolated(wanted, truth)) found.push_back({pair.time, pair.truth});
+  return found;
+}
+
 }  // namespace lodestone

@@ -30,4 +30,7 @@ PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
 PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth,
                                  Time max_gap = from_seconds(0.25));
 
+/// The ground truth interpolated at `times`, without times at which associate_interpolated finds none.
+Trajectory truth_at(const std::vector<Time>& times, const Trajectory& truth);
+
 }  // namespace lodestone

@@ -78,9 +78,13 @@ struct StaleMap {
   std::vector<FieldCellTest> cells;         ///< visited cells, by column and row
   std::vector<StalePlace> places;           ///< in the order of their numbers
   std::vector<MagnetometerOffset> offsets;  ///< one per magnetometer; subtracted before the test
+  std::size_t posed_readings = 0;           ///< array readings with a pose; only these are compared
   StaleMapOptions options;
 
   std::size_t stale_cells() const;
+
+  /// More than half of the cells are stale: rather the trajectory, the calibration or the choice of the map is wrong.
+  bool map_is_hardly_the_cause() const { return 2 * stale_cells() > cells.size(); }
   double expected_false_alarms() const { return options.false_alarm_probability * static_cast<double>(cells.size()); }
 };
 

@@ -1,9 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "core/middle_value.h"
 #include "tools/plotting/axes.h"
+#include "tools/plotting/method_style.h"
 #include "tools/plotting/pictures.h"
 
 namespace lodestone {
@@ -20,13 +23,34 @@ double value_at(std::vector<double> values, double share) {
   return values.empty() ? 0.0 : value_at_share(values, share);
 }
 
+std::size_t lost_scans(const PictureSeries& series) {
+  return static_cast<std::size_t>(
+      std::count_if(series.error_m.begin(), series.error_m.end(), [](double error) { return !std::isfinite(error); }));
+}
+
+bool any_is_lost(const std::vector<PictureSeries>& series) {
+  return std::any_of(series.begin(), series.end(), [](const PictureSeries& one) { return lost_scans(one) > 0; });
+}
+
+/// Name, colour, and the number of lost scans, if any.
+std::vector<LegendEntry> legend_of(const std::vector<PictureSeries>& series, const std::vector<Color>& colors) {
+  std::vector<LegendEntry> legend;
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    const std::size_t lost = lost_scans(series[i]);
+    const std::string note =
+        lost > 0 ? fmt::format(" (lost in {} of {} scans)", lost, series[i].error_m.size()) : std::string();
+    legend.push_back({series[i].name + note, colors[i], 2.5});
+  }
+  return legend;
+}
+
 /// Linear if all errors are of similar size; logarithmic if one estimator's errors are many times larger.
 Scale error_scale(const std::vector<PictureSeries>& series) {
   double smallest_median = 0.0;
   double low = 0.0;
   double high = 0.0;
   for (const PictureSeries& one : series) {
-    if (one.error_m.empty()) continue;
+    if (lost_scans(one) == one.error_m.size()) continue;
     const double median = value_at(one.error_m, 0.5);
     const double fifth = value_at(one.error_m, 0.05);
     if (smallest_median == 0.0 || median < smallest_median) smallest_median = median;
@@ -69,6 +93,10 @@ void step_curve(Axes& axes, const std::vector<double>& time, const std::vector<i
   axes.curve(x, y, color, 1.6);
 }
 
+void panel_title(Canvas& canvas, const CanvasBox& box, const std::string& title) {
+  canvas.text({box.left, box.top - 7.0}, title, ink::letter, ink::text, Anchor::begin, Anchor::end);
+}
+
 /// Draws in reverse order, so that the first series is on top.
 template <class Function>
 void draw_in_reverse(const std::vector<PictureSeries>& series, Function draw) {
@@ -76,6 +104,14 @@ void draw_in_reverse(const std::vector<PictureSeries>& series, Function draw) {
 }
 
 }  // namespace
+
+std::vector<Color> colors_of(const std::vector<PictureSeries>& series) {
+  std::vector<std::string> names;
+  for (const PictureSeries& one : series) names.push_back(one.name);
+  std::vector<Color> colors;
+  for (const std::size_t index : figures::method_colors(names)) colors.push_back(series_color(index));
+  return colors;
+}
 
 void draw_error_picture(const std::filesystem::path& path, const std::vector<PictureSeries>& series) {
   double end = 0.0;
@@ -89,17 +125,19 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   constexpr int kTimeTicks = 10;
   constexpr double kTop = 100.0;
   const CanvasBox error_box{kLeft, kTop, kRight, kTop + 420.0};
-  const CanvasBox count_box{kLeft, error_box.bottom + 26.0, kRight, error_box.bottom + 126.0};
-  const CanvasBox weight_box{kLeft, count_box.bottom + 26.0, kRight, count_box.bottom + 126.0};
+  const CanvasBox count_box{kLeft, error_box.bottom + 32.0, kRight, error_box.bottom + 132.0};
+  const CanvasBox weight_box{kLeft, count_box.bottom + 32.0, kRight, count_box.bottom + 132.0};
   const CanvasBox& lowest = magnetic ? weight_box : count_box;
   Canvas canvas(kWidth, lowest.bottom + 70.0);
-  canvas.text({kLeft, 14.0}, "Position error over time", ink::title, ink::text, Anchor::begin, Anchor::begin);
+  const std::string title = "Position error over time";
+  canvas.text({kLeft, 14.0}, any_is_lost(series) ? title + "; no line where an estimator is lost" : title, ink::title,
+              ink::text, Anchor::begin, Anchor::begin);
 
   const Scale error = error_scale(series);
   Axes error_axes(canvas, error_box, time, error);
   Axes count_axes(canvas, count_box, time, {0.0, 6.3});
   Axes weight_axes(canvas, weight_box, time, {0.0, 1.05});
-  std::vector<LegendEntry> legend;
+  const std::vector<Color> colors = colors_of(series);
   bool shaded = false;
   if (!series.empty()) {
     for (const auto& [from, to] : degenerate_intervals(series.front())) {
@@ -111,15 +149,19 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   count_axes.grid(kTimeTicks, 4);
   if (magnetic) weight_axes.grid(kTimeTicks, 2);
   draw_in_reverse(series, [&](std::size_t i, const PictureSeries& one) {
-    error_axes.curve(one.error_time_s, one.error_m, series_color(i), 1.8);
-    step_curve(count_axes, one.step_time_s, one.degenerate_directions, series_color(i));
-    if (!one.magnetic_weight.empty()) weight_axes.curve(one.step_time_s, one.magnetic_weight, series_color(i), 1.6);
+    error_axes.curve(one.error_time_s, one.error_m, colors[i], 1.8);
+    step_curve(count_axes, one.step_time_s, one.degenerate_directions, colors[i]);
+    if (!one.magnetic_weight.empty()) weight_axes.curve(one.step_time_s, one.magnetic_weight, colors[i], 1.6);
   });
   error_axes.labels("", "position error, m", kTimeTicks, 6);
-  count_axes.labels(magnetic ? "" : "time, s", "degenerate", kTimeTicks, 4);
-  if (magnetic) weight_axes.labels("time, s", "mag. weight", kTimeTicks, 2);
+  count_axes.labels(magnetic ? "" : "time, s", "", kTimeTicks, 4);
+  panel_title(canvas, count_box, "number of degenerate directions, of six");
+  if (magnetic) {
+    weight_axes.labels("time, s", "", kTimeTicks, 2);
+    panel_title(canvas, weight_box, "mean magnetic weight");
+  }
 
-  for (std::size_t i = 0; i < series.size(); ++i) legend.push_back({series[i].name, series_color(i), 2.5});
+  std::vector<LegendEntry> legend = legend_of(series, colors);
   if (shaded) legend.push_back({"LiDAR degenerate (" + series.front().name + ")", {234, 234, 234}, 0.0, true});
   draw_legend(canvas, {kLeft, 46.0}, kRight, legend);
   canvas.save(path);
@@ -129,11 +171,14 @@ void draw_distribution_picture(const std::filesystem::path& path, const std::vec
   constexpr double kTop = 100.0;
   const CanvasBox box{kLeft, kTop, kLeft + 760.0, kTop + 480.0};
   Canvas canvas(box.right + 40.0, box.bottom + 70.0);
-  canvas.text({kLeft, 14.0}, "Share of scans within an error", ink::title, ink::text, Anchor::begin, Anchor::begin);
+  canvas.text({kLeft, 14.0},
+              any_is_lost(series) ? "Share of all scans within an error; lost scans are beyond every error"
+                                  : "Share of scans within an error",
+              ink::title, ink::text, Anchor::begin, Anchor::begin);
   const Scale error = error_scale(series);
   Axes axes(canvas, box, error, {0.0, 102.0});
   axes.grid(8, 6);
-  std::vector<LegendEntry> legend;
+  const std::vector<Color> colors = colors_of(series);
   draw_in_reverse(series, [&](std::size_t i, const PictureSeries& one) {
     std::vector<double> sorted = one.error_m;
     sorted.erase(std::remove_if(sorted.begin(), sorted.end(), [](double value) { return !std::isfinite(value); }),
@@ -147,11 +192,10 @@ void draw_distribution_picture(const std::filesystem::path& path, const std::vec
     }
     x.push_back(error.high);
     y.push_back(y.back());
-    axes.curve(x, y, series_color(i), 2.4);
+    axes.curve(x, y, colors[i], 2.4);
   });
   axes.labels("position error, m", "share of scans, %", 8, 6);
-  for (std::size_t i = 0; i < series.size(); ++i) legend.push_back({series[i].name, series_color(i), 2.5});
-  draw_legend(canvas, {kLeft, 46.0}, box.right, legend);
+  draw_legend(canvas, {kLeft, 46.0}, box.right, legend_of(series, colors));
   canvas.save(path);
 }
 

@@ -98,11 +98,12 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
     draw_track(canvas, axes, truth, ink::truth, kTruthWidth);
     legend.push_back({"truth", ink::truth, kTruthWidth});
   }
+  const std::vector<Color> colors = colors_of(series);
   for (std::size_t i = 0; i < series.size(); ++i) {
     const double width = std::max(1.3, 5.0 - 2.0 * static_cast<double>(i));
     if (truth.empty()) draw_track(canvas, axes, series[i].trajectory, ink::white, width + 2.0);
-    draw_track(canvas, axes, series[i].trajectory, series_color(i), width);
-    legend.push_back({series[i].name, series_color(i), width});
+    draw_track(canvas, axes, series[i].trajectory, colors[i], width);
+    legend.push_back({series[i].name, colors[i], width});
   }
   if (!leading.empty()) {
     const Vector3& start = leading.front().pose.position;

@@ -33,13 +33,22 @@ const Known* find_known(const std::string& method) {
 
 }  // namespace
 
-std::vector<MethodStyle> method_styles(const std::vector<std::string>& methods) {
-  std::vector<MethodStyle> styles;
+std::vector<std::size_t> method_colors(const std::vector<std::string>& methods) {
+  std::vector<std::size_t> colors;
   std::size_t next = kKnown.size();
   for (const std::string& method : methods) {
     const Known* known = find_known(method);
-    const std::size_t color = known != nullptr ? known->color : next++;
-    styles.push_back({method, series_color(color), known != nullptr ? known->stroke : Stroke::solid});
+    colors.push_back(known != nullptr ? known->color : next++);
+  }
+  return colors;
+}
+
+std::vector<MethodStyle> method_styles(const std::vector<std::string>& methods) {
+  const std::vector<std::size_t> colors = method_colors(methods);
+  std::vector<MethodStyle> styles;
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    const Known* known = find_known(methods[i]);
+    styles.push_back({methods[i], series_color(colors[i]), known != nullptr ? known->stroke : Stroke::solid});
   }
   return styles;
 }

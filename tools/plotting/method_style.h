@@ -15,8 +15,11 @@ struct MethodStyle {
   double width = 2.0;
 };
 
-/// One style per method, in the order of `methods`. Well-known estimators always have the same style; others get the
-/// remaining colours.
+/// Indices for series_color, one per method, in the order of `methods`. Estimators of the program always have the same
+/// colour; others get the remaining colours.
+std::vector<std::size_t> method_colors(const std::vector<std::string>& methods);
+
+/// One style per method, in the order of `methods`. Estimators of the program always have the same style.
 std::vector<MethodStyle> method_styles(const std::vector<std::string>& methods);
 
 /// The names in the order of a legend, each once.

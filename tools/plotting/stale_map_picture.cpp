@@ -108,20 +108,34 @@ void draw_numbers(Canvas& canvas, const Axes& axes, const StaleMap& stale) {
   }
 }
 
+/// The verdict of the terminal, in lines.
+std::vector<std::string> subtitle_of(const StaleMap& stale) {
+  if (stale.map_is_hardly_the_cause()) {
+    return {fmt::format("The field differs from the map in {} of {} visited cells of {:g} m:", stale.stale_cells(),
+                        stale.cells.size(), stale.options.cell_m),
+            "rather the trajectory, the calibration or the choice of the map is wrong"};
+  }
+  return {fmt::format("{} stale place{} in {} visited cells of {:g} m; probability of false alarm {:g} per cell",
+                      stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.cells.size(),
+                      stale.options.cell_m, stale.options.false_alarm_probability)};
+}
+
 }  // namespace
 
-void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap& map,
+void draw_stale_map_picture(const std::filesystem::path& path, const std::string& estimator, const MagneticMap& map,
                             const std::vector<DifferencePoint>& drive, const StaleMap& stale) {
-  const PlanSheet sheet = plan_sheet(drawn_extent(drive), 76.0);
+  constexpr double kSubtitleTop = 44.0;
+  constexpr double kLine = 20.0;
+  const std::vector<std::string> subtitle = subtitle_of(stale);
+  const PlanSheet sheet = plan_sheet(drawn_extent(drive), 56.0 + kLine * static_cast<double>(subtitle.size()));
   const CanvasBox& box = sheet.box;
   Canvas canvas(sheet.width, sheet.height);
-  canvas.text({box.left, 14.0}, "Measured minus mapped field along the drive", ink::title, ink::text, Anchor::begin,
-              Anchor::begin);
-  canvas.text({box.left, 44.0},
-              fmt::format("{} stale place{} in {} visited cells of {:g} m; probability of false alarm {:g} per cell",
-                          stale.places.size(), stale.places.size() == 1 ? "" : "s", stale.cells.size(),
-                          stale.options.cell_m, stale.options.false_alarm_probability),
-              ink::letter, ink::text, Anchor::begin, Anchor::begin);
+  canvas.text({box.left, 14.0}, "Measured minus mapped field along the drive of " + estimator, ink::title, ink::text,
+              Anchor::begin, Anchor::begin);
+  for (std::size_t i = 0; i < subtitle.size(); ++i) {
+    canvas.text({box.left, kSubtitleTop + kLine * static_cast<double>(i)}, subtitle[i], ink::letter, ink::text,
+                Anchor::begin, Anchor::begin);
+  }
 
   const PlanExtent& extent = sheet.extent;
   Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
@@ -129,7 +143,9 @@ void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap
   for (const DifferencePoint& point : drive) height += point.position.z() / static_cast<double>(drive.size());
   draw_pale_map(canvas, sheet, map, height);
   const Scale scale = difference_scale(drive);
-  draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::vivid, "|ΔB| µT");
+  const bool cut =
+      std::any_of(drive.begin(), drive.end(), [&](const DifferencePoint& point) { return point.size_ut > scale.high; });
+  draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::vivid, "|ΔB| µT", cut);
   canvas.clip(box);
   draw_drive(canvas, axes, drive, scale, 6.0);
   draw_outlines(canvas, axes, stale);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "core/evaluation/stale_map.h"
@@ -15,8 +16,8 @@ struct DifferencePoint {
 };
 
 /// The map's |B| in pale grey, the drive coloured by |measured − map|, stale cells hatched with a frame, and the number
-/// of each stale place. `drive` in order of time.
-void draw_stale_map_picture(const std::filesystem::path& path, const MagneticMap& map,
+/// of each stale place. `estimator`: whose poses the readings have. `drive` in order of time.
+void draw_stale_map_picture(const std::filesystem::path& path, const std::string& estimator, const MagneticMap& map,
                             const std::vector<DifferencePoint>& drive, const StaleMap& stale);
 
 }  // namespace lodestone

@@ -1,7 +1,5 @@
 #include "tools/report/overview.h"
 
-#include <algorithm>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -22,20 +20,6 @@ constexpr std::size_t kFieldLimit = 1'000'000;
 constexpr std::size_t kCloudLimit = 150'000;
 constexpr double kFinestVoxel = 0.1;    // metres; finer voxels are not visible on a plan
 constexpr double kSurroundings = 40.0;  // metres around the drive
-
-/// The ground truth interpolated at the scan ends of all estimates.
-Trajectory truth_at_scans(const OverviewInput& input) {
-  Trajectory result;
-  for (const Trajectory* estimate : input.estimates) {
-    for (const PosePair& pair : associate_interpolated(*estimate, *input.truth))
-      result.push_back({pair.time, pair.truth});
-  }
-  std::stable_sort(result.begin(), result.end(),
-                   [](const StampedPose& a, const StampedPose& b) { return a.time < b.time; });
-  const auto same = [](const StampedPose& a, const StampedPose& b) { return a.time == b.time; };
-  result.erase(std::unique(result.begin(), result.end(), same), result.end());
-  return result;
-}
 
 /// The drive's surroundings. A lost estimate is ignored if there is a better trajectory.
 PlanExtent box_around(const Trajectory& drive) {
@@ -59,11 +43,11 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
   json["log_begin_s"] = format_stamp(input.log_begin);
   Trajectory drive;
   if (input.truth != nullptr) {
-    drive = truth_at_scans(input);
+    drive = truth_at(input.scans, *input.truth);
     if (!drive.empty())
       write_tum((folder / "truth.tum").string(), drive, "the ground truth at scan ends: t_s x_m y_m z_m qx qy qz qw");
   }
-  if (drive.empty() && !input.estimates.empty()) drive = *input.estimates.front();
+  if (drive.empty()) drive = input.estimate;
   if (!drive.empty()) {
     const PlanExtent box = box_around(drive);
     if (input.field != nullptr) {

@@ -16,7 +16,8 @@ struct OverviewInput {
   const MagneticMap* field = nullptr;        ///< may be null
   std::string cloud;                         ///< PCD, PLY or LAS; may be empty
   Vector3 cloud_origin_m = Vector3::Zero();  ///< subtracted from the cloud
-  std::vector<const Trajectory*> estimates;  ///< at scan ends; the first defines the extent if there is no truth
+  std::vector<Time> scans;                   ///< scan ends of all estimators, also without a pose
+  Trajectory estimate;                       ///< defines the extent if there is no truth
 };
 
 /// Writes `folder`/overview.json and, if available, truth.tum (at scan ends), field.png with field.json, and cloud.pcd

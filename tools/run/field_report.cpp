@@ -13,8 +13,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kReportedOffset_ut = 0.5;   // smaller offsets are subtracted without a warning
-constexpr double kDoubtfulStaleShare = 0.5;  // share of stale cells above which the map may not be the cause
+constexpr double kReportedOffset_ut = 0.5;  // smaller offsets are subtracted without a warning
 
 /// Sums over one scan's readings.
 struct RowSums {
@@ -74,10 +73,6 @@ std::vector<FieldRow> field_rows(const FieldComparison& comparison, const std::v
   return rows;
 }
 
-bool map_is_hardly_the_cause(const StaleMap& stale) {
-  return static_cast<double>(stale.stale_cells()) > kDoubtfulStaleShare * static_cast<double>(stale.cells.size());
-}
-
 void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog& warnings) {
   std::vector<std::string> offsets;
   for (std::size_t j = 0; j < stale.offsets.size(); ++j) {
@@ -103,7 +98,7 @@ void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog
                     fmt::join(offsets, ", ")),
         time);
   }
-  if (map_is_hardly_the_cause(stale)) {
+  if (stale.map_is_hardly_the_cause()) {
     warnings.add("field.disagrees",
                  fmt::format("the field differs from the map in {} of {} visited cells: trajectory, "
                              "calibration or choice of the map may be wrong instead of the map",
@@ -163,8 +158,13 @@ void write_field_report(const std::filesystem::path& folder, const FieldReport& 
 }
 
 std::string stale_map_text(const std::string& estimator, const StaleMap& stale) {
-  if (stale.cells.empty()) return fmt::format("Stale map ({}): the map has no field along the path\n", estimator);
-  if (map_is_hardly_the_cause(stale)) {
+  if (stale.cells.empty()) {
+    return fmt::format("Stale map ({}): {}\n", estimator,
+                       stale.posed_readings > 0
+                           ? "the map has no field along the path"
+                           : "not tested, because no reading of the magnetometers is between two poses");
+  }
+  if (stale.map_is_hardly_the_cause()) {
     return fmt::format(
         "Stale map ({}): the field differs from the map in {} of {} visited cells; rather the trajectory, the "
         "calibration or the choice of the map is wrong\n",

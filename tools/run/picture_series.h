@@ -5,12 +5,16 @@
 
 namespace lodestone {
 
-/// The data of one pass for the pictures. Requires errors against the ground truth.
-PictureSeries picture_series(const EstimatorOutcome& outcome);
+/// The data of one pass for the pictures. Has errors at scans with ground truth; nan if the estimator was lost.
+PictureSeries picture_series(const EstimatorOutcome& outcome, const Trajectory& truth);
 
-/// Writes map, error and distribution, each as .png, .pdf and .svg, into `folder`. `map` may be null.
+/// The scan ends of all passes, in order of time. One pass may have ended early.
+std::vector<Time> scan_ends(const std::vector<EstimatorOutcome>& outcomes);
+
+/// Writes map, error and distribution, each as .png, .pdf and .svg, into `folder`. `map` may be null. The ground truth
+/// is cropped to `scans`.
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
-                    const std::vector<PictureSeries>& series);
+                    const std::vector<Time>& scans, const std::vector<PictureSeries>& series);
 
 /// Writes stale_map as .png, .pdf and .svg into `folder` for the first pass with a stale-map report, and
 /// stale_map_NAME for the others.

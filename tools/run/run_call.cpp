@@ -245,10 +245,14 @@ void write_georeferenced(const std::filesystem::path& folder, const Trajectory& 
 
 /// Writes the data of log and maps that a report requires.
 void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin,
-                   const std::vector<PictureSeries>& series) {
-  OverviewInput input{
-      log_begin, call.truth.empty() ? nullptr : &inputs.truth, inputs.site.field.get(), call.cloud, call.origin_m, {}};
-  for (const PictureSeries& one : series) input.estimates.push_back(&one.trajectory);
+                   const std::vector<EstimatorOutcome>& outcomes) {
+  OverviewInput input{log_begin,
+                      call.truth.empty() ? nullptr : &inputs.truth,
+                      inputs.site.field.get(),
+                      call.cloud,
+                      call.origin_m,
+                      scan_ends(outcomes),
+                      outcomes.front().record.best()};
   write_overview(std::filesystem::path(call.out) / "overview", input);
   std::printf("for a report on one page: lodestone report %s\n", call.out.c_str());
 }
@@ -283,7 +287,7 @@ int execute(const RunCall& call) {
   Time log_begin = 0;
   for (const std::string& name : call.estimators) {
     EstimatorOutcome outcome = run_one(name, call, inputs, bound ? &*bound : nullptr);
-    series.push_back(picture_series(outcome));
+    series.push_back(picture_series(outcome, inputs.truth));
     write_georeferenced(out / name, series.back().trajectory, call.origin_m);
     log_begin = outcome.log_begin;
     if (outcome.replayed) stale.keep_calibration(out / name);
@@ -303,10 +307,10 @@ int execute(const RunCall& call) {
   }
   if (inputs.site.field != nullptr) write_stale_map_pictures(out / "pictures", *inputs.site.field, outcomes);
   if (!call.truth.empty()) {
-    write_pictures(out / "pictures", inputs.site.field.get(), inputs.truth, series);
+    write_pictures(out / "pictures", inputs.site.field.get(), inputs.truth, scan_ends(outcomes), series);
   }
   if (inputs.site.field != nullptr || !call.truth.empty()) std::printf("pictures: %s\n", (out / "pictures").c_str());
-  keep_overview(call, inputs, log_begin, series);
+  keep_overview(call, inputs, log_begin, outcomes);
   const int code = exit_code_of(summaries);
   if (code != exit_code::interrupted) {
     stale.remove();

@@ -66,6 +66,15 @@ TEST(Association, InterpolationNeedsTruthOnBothSides) {
   EXPECT_TRUE(associate_interpolated({{from_seconds(1.25), {}}}, {truth[0], truth[20]}).empty());
 }
 
+TEST(Association, TruthAtTimesIsThatOfThePairs) {
+  const Trajectory truth{{from_seconds(1.0), {Quaternion::Identity(), {1.0, 0.0, 0.0}}},
+                         {from_seconds(1.2), {Quaternion::Identity(), {3.0, 0.0, 0.0}}}};
+  const Trajectory found = truth_at({from_seconds(0.9), from_seconds(1.1), from_seconds(1.3)}, truth);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].time, from_seconds(1.1));
+  EXPECT_NEAR(found[0].pose.position.x(), 2.0, 1e-12);
+}
+
 TEST(Association, AGroundTruthOfOnePoseAScanIsPairedAtItsStamps) {
   Trajectory truth;
   for (int k = 0; k < 5; ++k) truth.push_back({from_seconds(0.5 * k), {Quaternion::Identity(), Vector3(k, 0.0, 0.0)}});

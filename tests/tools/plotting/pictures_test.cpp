@@ -2,6 +2,7 @@
 // LODESTONE_KEEP_PICTURES to a folder.
 #include "tools/plotting/pictures.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -140,6 +141,40 @@ TEST_F(Pictures, OfAlmostNothing) {
   draw_map_picture(file("no_field.png"), nullptr, made_up_run().truth, made_up_run().series);
   expect_png(file("no_field.png"));
   for (const char* name : {"empty_map", "empty_error", "empty_distribution"}) expect_picture(file(name));
+}
+
+TEST_F(Pictures, LostScansAreBeyondEveryErrorAndNamed) {
+  PictureSeries half;
+  half.name = "ieskf";
+  half.error_time_s = {0.1, 0.2, 0.3, 0.4};
+  half.error_m = {0.1, 0.2, NAN, NAN};
+  PictureSeries all = half;
+  all.error_time_s.resize(2);
+  all.error_m.resize(2);
+  const auto distribution = [&](const char* name, const PictureSeries& series) {
+    draw_distribution_picture(file(name), {series});
+    return content_of(file(name).string() + ".svg");
+  };
+  const std::string lost = distribution("half_lost", half);
+  EXPECT_THAT(lost, ::testing::HasSubstr(">ieskf (lost in 2 of 4 scans)<"));
+  EXPECT_THAT(lost, ::testing::HasSubstr("lost scans are beyond every error<"));
+  EXPECT_THAT(distribution("never_lost", all), ::testing::Not(::testing::HasSubstr("lost")));
+  // The curve of the lost one ends at 50 %: x is the right edge of the plan, y half of the height.
+  EXPECT_THAT(lost, ::testing::HasSubstr("L860 344.71\""));
+  draw_error_picture(file("half_error"), {half});
+  const std::string error = content_of(file("half_error").string() + ".svg");
+  EXPECT_THAT(error, ::testing::HasSubstr("no line where an estimator is lost<"));
+  EXPECT_THAT(error, ::testing::HasSubstr(">number of degenerate directions, of six<"));
+}
+
+TEST_F(Pictures, AnEstimatorHasItsColourInAnyOrder) {
+  PictureSeries smoother;
+  smoother.name = "smoother";
+  PictureSeries filter;
+  filter.name = "lidar-inertial";
+  const auto code = [](const Color& color) { return std::vector<int>{color.red, color.green, color.blue}; };
+  EXPECT_EQ(code(colors_of({smoother, filter})[0]), code(colors_of({filter, smoother})[1]));
+  EXPECT_EQ(code(colors_of({smoother, filter})[1]), code(colors_of({filter})[0]));
 }
 
 TEST(Ticks, AreRoundAndWithinTheRange) {

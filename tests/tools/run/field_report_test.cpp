@@ -165,6 +165,28 @@ TEST_F(FieldReportTest, AWrongMapIsSaidToBeSuspect) {
   const FieldReport found = report();
   EXPECT_EQ(warnings_.count("field.disagrees"), 1);
   EXPECT_THAT(stale_map_text("smoother", found.stale), HasSubstr("rather the trajectory"));
+  draw_stale_map_picture(folder_ / "wrong.svg", "ieskf", map_, {}, found.stale);
+  const std::string picture = content_of(folder_ / "wrong.svg");
+  EXPECT_THAT(picture, HasSubstr("along the drive of ieskf<"));
+  EXPECT_THAT(picture, HasSubstr(">rather the trajectory"));
+  EXPECT_THAT(picture, testing::Not(HasSubstr("stale place")));
+}
+
+TEST_F(FieldReportTest, WithoutPosesNothingIsSaidOfTheMap) {
+  EstimateRecord lost;
+  for (const StampedPose& pose : record_.best()) {
+    Estimate estimate;
+    estimate.time = pose.time;
+    estimate.health = Health::lost;
+    lost.causal(estimate);
+    lost.best(estimate);
+  }
+  const FieldReport found = report_field({&map_, &suite_, &options_}, readings_, lost, warnings_);
+  EXPECT_THAT(stale_map_text("smoother", found.stale), HasSubstr("not tested, because no reading"));
+  FieldGrid far = map_.grid();
+  far.origin.x() += 1000.0;
+  map_ = MagneticMap(far, map_.nodes(), 5.0);
+  EXPECT_THAT(stale_map_text("smoother", report().stale), HasSubstr("the map has no field along the path"));
 }
 
 TEST_F(FieldReportTest, ThePictureIsDrawnForMuchAndForNothing) {
@@ -173,8 +195,8 @@ TEST_F(FieldReportTest, ThePictureIsDrawnForMuchAndForNothing) {
   for (const FieldRow& row : found.rows) drive.push_back({row.position, row.mean_size_ut});
   const char* keep = std::getenv("LODESTONE_KEEP_PICTURES");
   const std::filesystem::path folder = keep != nullptr ? std::filesystem::path(keep) : folder_.path();
-  draw_stale_map_picture(folder / "stale_map.png", map_, drive, found.stale);
-  draw_stale_map_picture(folder / "stale_map_empty.png", map_, {}, {});
+  draw_stale_map_picture(folder / "stale_map.png", "smoother", map_, drive, found.stale);
+  draw_stale_map_picture(folder / "stale_map_empty.png", "smoother", map_, {}, {});
   for (const char* name : {"stale_map.png", "stale_map_empty.png"})
     EXPECT_EQ(content_of(folder / name).substr(1, 3), "PNG");
 }
