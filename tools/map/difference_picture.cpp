@@ -55,6 +55,17 @@ void draw_note(Canvas& canvas, const CanvasBox& box, CanvasPoint at, const std::
   canvas.text({left + 4.0, top + 0.5 * size + 5.0}, text, size, ink::text, Anchor::begin, Anchor::middle);
 }
 
+/// The number of a place beside it, with a line to its largest change at `at`. `radius`: of a disk of the same area.
+void draw_number(Canvas& canvas, const CanvasBox& box, CanvasPoint at, double radius, std::size_t number) {
+  constexpr double kSize = 12.0;
+  const double distance = std::clamp(radius, 8.0, 40.0) + 6.0;
+  const double width = canvas.text_width(std::to_string(number), kSize) + 8.0;
+  const bool right = at.x + distance + width < box.right;
+  const double left = right ? at.x + distance : at.x - distance - width;
+  canvas.line(at, {right ? left : left + width, at.y}, ink::truth, 1.0);
+  draw_note(canvas, box, {left, at.y}, std::to_string(number), kSize);
+}
+
 }  // namespace
 
 void draw_difference_picture(const std::filesystem::path& path, const MagneticDifference& difference,
@@ -74,17 +85,21 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
   Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
   canvas.fill(box, {240, 240, 240});
   shade_raster(canvas, box, extent, change, scale, ColorRamp::heat, RasterInterpolation::nearest);
-  draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::heat, "|ΔB| µT");
-  for (std::size_t i = 1; i < std::min<std::size_t>(places.size(), 10); ++i) {
-    const CanvasPoint at = axes.at(places[i].largest_at.x(), places[i].largest_at.y());
-    draw_note(canvas, box, {at.x + 4.0, at.y}, std::to_string(i + 1), 12.0);
+  draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::heat, "|ΔB| µT",
+                 difference.largest_ut > 1.001 * scale.high);
+  // The ring's text has the number of its place.
+  const bool ring_is_first = !places.empty() && (places.front().largest_at - difference.largest_at).head<2>().norm() <
+                                                    0.5 * difference.grid.resolution_m;
+  for (std::size_t i = ring_is_first ? 1 : 0; i < std::min<std::size_t>(places.size(), 10); ++i) {
+    const double radius = std::sqrt(places[i].area_m2 / M_PI) / extent.width() * box.width();
+    draw_number(canvas, box, axes.at(places[i].largest_at.x(), places[i].largest_at.y()), radius, i + 1);
   }
   if (difference.nodes > 0) {
     const CanvasPoint at = axes.at(difference.largest_at.x(), difference.largest_at.y());
     draw_ring(canvas, at, 11.0);
     draw_note(canvas, box, {at.x + 18.0, at.y},
-              fmt::format("{:.1f} µT at {:.2f}, {:.2f} m", difference.largest_ut, difference.largest_at.x(),
-                          difference.largest_at.y()),
+              fmt::format("{}{:.1f} µT at {:.2f}, {:.2f} m", ring_is_first ? "1: " : "", difference.largest_ut,
+                          difference.largest_at.x(), difference.largest_at.y()),
               ink::letter);
   }
   axes.labels("x, m", "y, m", sheet.x_ticks, sheet.y_ticks);
