@@ -54,9 +54,25 @@ void add_sigmas(Json& json, const EstimatorFiles& files, const TimeBuckets& buck
   json["sigma_heading"] = rounded(buckets.summarize(times, heading, Summary::largest), 4, kUnseen);
 }
 
+/// Quantiles of the error for shares 0, 1/400, … 1 of the scans; null beyond the share with an error.
+Json distribution_json(const std::vector<double>& errors, std::size_t scans) {
+  const ErrorDistribution distribution(errors);
+  std::vector<double> quantiles;
+  constexpr std::size_t kParts = 400;
+  const std::size_t whole = std::max(scans, errors.size());
+  for (std::size_t i = 0; i <= kParts; ++i) {
+    const bool reached = !errors.empty() && i * whole <= kParts * errors.size();
+    quantiles.push_back(
+        reached ? distribution.quantile(static_cast<double>(i * whole) / static_cast<double>(kParts * errors.size()))
+                : std::nan(""));
+  }
+  return rounded(quantiles, 4);
+}
+
 void add_errors(Json& json, const EstimatorFiles& files, const Trajectory& truth, const TimeBuckets& buckets) {
+  const std::size_t scans = truth_at(files.diagnostics_times, truth).size();
+  if (scans == 0) return;
   const PosePairs pairs = associate_interpolated(files.trajectory, truth);
-  if (pairs.empty()) return;
   std::vector<Time> times;
   for (const PosePair& pair : pairs) times.push_back(pair.time);
   const std::vector<double> errors = translation_errors(pairs);
@@ -64,11 +80,7 @@ void add_errors(Json& json, const EstimatorFiles& files, const Trajectory& truth
   for (double& value : heading) value = degrees_per_radian * std::abs(value);
   json["error"] = rounded(buckets.summarize(times, errors, Summary::largest), 4);
   json["heading"] = rounded(buckets.summarize(times, heading, Summary::largest), 4);
-  const ErrorDistribution distribution(errors);
-  std::vector<double> quantiles;
-  constexpr int kParts = 400;
-  for (int i = 0; i <= kParts; ++i) quantiles.push_back(distribution.quantile(static_cast<double>(i) / kParts));
-  json["distribution"] = rounded(quantiles, 4);
+  json["distribution"] = distribution_json(errors, scans);
 }
 
 /// Removes field values without samples on the map; runs of older versions have zeros there.
@@ -136,11 +148,15 @@ Json health_json(const EstimatorFiles& files, Time begin) {
   if (!table.has("health") || !table.has("health_reason")) return nullptr;
   const std::vector<std::string> health = table.texts("health");
   const std::vector<std::string> reasons = table.texts("health_reason");
+  const std::vector<double> degenerate = table.numbers("degenerate_directions");
+  const std::vector<double> magnetic = table.numbers("magnetic_samples");
   std::set<Time> good;
+  std::size_t unobserved = 0;
   Json stretches = Json::array();
   for (std::size_t i = 0; i < health.size(); ++i) {
     if (health[i] == "good") {
       good.insert(files.diagnostics_times[i]);
+      if (degenerate[i] > 0.0 && !(magnetic[i] > 0.0)) ++unobserved;
       continue;
     }
     const double at_s = to_seconds(files.diagnostics_times[i] - begin);
@@ -161,6 +177,7 @@ Json health_json(const EstimatorFiles& files, Time begin) {
   }
   return {{"scans", health.size()},
           {"good", good.size()},
+          {"unobserved", unobserved},
           {"largest_sigma_m", sigma_m},
           {"largest_heading_sigma_deg", heading_deg},
           {"stretches", stretches}};

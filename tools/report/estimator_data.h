@@ -32,13 +32,13 @@ nlohmann::ordered_json position_series(const Trajectory& trajectory, const TimeB
 
 /// Series of an estimator on the axis of `buckets`, as columns by name: x, y, z, sigma, sigma_heading, direction_1 to
 /// 6, degenerate, weight, shrink, residual. With `truth` (may be null; interpolated at scan ends), also error, heading
-/// and `distribution`: quantiles of the error for shares 0, 1/400, … 1 of the scans.
+/// and `distribution`: quantiles of the error for shares 0, 1/400, … 1 of the scans; null for the share of lost scans.
 nlohmann::ordered_json estimator_series(const EstimatorFiles& files, const Trajectory* truth,
                                         const TimeBuckets& buckets);
 
-/// Where the estimates can be trusted: numbers of scans and of good ones, their largest sigma of position (m) and
-/// heading (deg), and the stretches of scans that were not good: health, reasons, first and last scan in seconds after
-/// `begin`. Null if the diagnostics have no health.
+/// Where the estimates can be trusted: numbers of scans, of good ones, and of good ones with a degenerate direction but
+/// no magnetic sample; their largest sigma of position (m) and heading (deg), and the stretches of scans that were not
+/// good: health, reasons, first and last scan in seconds after `begin`. Null if the diagnostics have no health.
 nlohmann::ordered_json health_json(const EstimatorFiles& files, Time begin);
 
 /// A CSV file of an estimator's folder as {columns, rows of texts}, or null if there is none.

@@ -13,6 +13,7 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "frontends/maps/point_cloud_file.h"
 #include "tools/markup.h"
+#include "tools/plotting/method_style.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/estimator_data.h"
 #include "tools/report/field_raster.h"
@@ -160,9 +161,13 @@ Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& su
       fs::exists(folder / "config.yaml") ? read_text_file((folder / "config.yaml").string()) : std::string();
   const ConfigurationNode options = ConfigurationNode::parse(configuration, (folder / "config.yaml").string());
   json["estimators"] = Json::array();
+  std::vector<std::string> names;
+  for (const EstimatorFiles& files : estimators) names.push_back(files.name);
+  const std::vector<std::size_t> colors = figures::method_colors(names);
   for (const EstimatorFiles& files : estimators) {
     Json entry;
     entry["name"] = files.name;
+    entry["color"] = colors[json["estimators"].size()];
     entry["summary"] = summary["estimators"][files.name];
     entry["status"] = entry["summary"].value("status", json["status"]);
     entry["degeneracy_limit_m"] = degeneracy_limit(options, files.name);

@@ -49,9 +49,8 @@ function inspect() {
       const context = copy.getContext('2d');
       context.drawImage(source, 0, 0);
       const pixels = context.getImageData(0, 0, copy.width, copy.height).data;
-      const inks = [...(one.closest('.panel')?.querySelectorAll('.values .swatch') ?? [])].map((swatch) =>
-        rgb(getComputedStyle(swatch).backgroundColor),
-      );
+      const swatches = [...(one.closest('.panel')?.querySelectorAll('.values .swatch') ?? [])];
+      const inks = swatches.map((swatch) => rgb(getComputedStyle(swatch).backgroundColor));
       const counts = inks.map(() => 0);
       const colors = new Set();
       let painted = 0;
@@ -70,6 +69,7 @@ function inspect() {
         painted,
         colors: colors.size,
         series: counts,
+        strokes: new Set(swatches.map((swatch) => swatch.style.webkitMaskImage)).size, // different ones in the legend
         data: { ...one.dataset },
       };
     });

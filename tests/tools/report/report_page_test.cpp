@@ -19,6 +19,7 @@ using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::StartsWith;
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
@@ -150,6 +151,10 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   const auto trust = seen["page"]["trust"].get<std::vector<std::string>>();
   ASSERT_EQ(trust.size(), 2U + 4U) << "a sentence for each estimator, and one stretch without its name";
   EXPECT_THAT(trust[0], HasSubstr(fmt::format("smoother: {} of {} scans are good", number - 11, number - 1)));
+  EXPECT_THAT(trust[0], HasSubstr(" Errors of its poses: up to "));
+  EXPECT_THAT(trust[0], Not(HasSubstr("filter")));
+  EXPECT_THAT(trust[1], HasSubstr("The sigma of a filter lacks errors"));
+  EXPECT_EQ(charts.at("directions")["strokes"], 6) << "the legend distinguishes the directions";
   EXPECT_THAT(std::vector<std::string>(trust.begin() + 2, trust.end()), ElementsAre(_, _, "lost", "scan off map"));
   EXPECT_EQ(seen["page"]["staleRows"], 2);
   EXPECT_EQ(seen["page"]["calibrationRows"], 3);
@@ -169,6 +174,16 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   const Json cloud = charts_of(seen).at("cloud");
   EXPECT_GT(std::stoi(cloud["data"]["points"].get<std::string>()), 5000);
   EXPECT_GT(cloud["colors"], 100) << "coloured by height";
+
+  // If most of the field differs, the map is not to blame: the plan has no stale places.
+  const std::string summary_text = content_of(path("lane/run/summary.json"));
+  auto summary = nlohmann::ordered_json::parse(summary_text);
+  auto& stale_map = summary["estimators"]["smoother"]["stale_map"];
+  stale_map["stale"] = stale_map["places"];
+  std::ofstream(path("lane/run/summary.json")) << summary.dump();
+  expect_done("report " + path("lane/run") + " --out " + path("wrong.html"));
+  EXPECT_EQ(charts_of(open(path("wrong.html"), "")).at("map")["data"]["marks"], "0");
+  std::ofstream(path("lane/run/summary.json")) << summary_text;
 
   expect_refused("report " + path("lane/run") + " --out " + path("nowhere/report.html"), "nowhere/report.html");
 }

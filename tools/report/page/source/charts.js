@@ -11,10 +11,21 @@ function ofAll(state, name, more = () => ({})) {
   return state.run.estimators.map((one, i) => ({
     label: one.name,
     values: one.series[name],
-    stroke: seriesColor(i),
+    stroke: seriesColor(one.color),
     show: state.isShown(one.name),
     ...more(i),
   }));
+}
+
+/** Whether a tick of a logarithmic axis has a label, for `decade` pixels a decade: 1, 2 and 5, or only every n-th
+ * decade. */
+export function labelledTicks(decade) {
+  const every = Math.ceil(60 / Math.max(1, decade)); // decades per label
+  return (tick) => {
+    const power = Math.floor(Math.log10(tick) + 1e-6);
+    const digit = Math.round(tick / 10 ** power);
+    return decade > 180 ? [1, 2, 5].includes(digit) : digit === 1 && power % every === 0;
+  };
 }
 
 /** The charts of a run with their tools. */
@@ -36,7 +47,7 @@ export function timeCharts(state) {
         {
           label: `sigma of ${detail().name}`,
           values: detail().series.sigma,
-          stroke: seriesColor(s.detail),
+          stroke: seriesColor(detail().color),
           dash: [2, 4],
           width: 1.2,
           show: s.isShown(detail().name),
@@ -83,7 +94,7 @@ export function timeCharts(state) {
         [1, 2, 3, 4, 5, 6].map((i) => ({
           label: i === 1 ? '1, best observed' : i === 6 ? '6, least observed' : `${i}`,
           values: detail().series[`direction_${i}`],
-          stroke: seriesColor(s.detail),
+          stroke: seriesColor(detail().color),
           dash: directionDashes[6 - i],
           width: i === 6 ? 2 : 1.1,
         })),
@@ -155,7 +166,8 @@ export function timeCharts(state) {
   return { element: stack, draw: drawAll };
 }
 
-/** Cumulative distribution of the error. */
+/** Cumulative distribution of the error over all scans. It has no error for the share of lost scans: the line stays at
+ * the share that was reached. */
 export function distributionChart(state) {
   const place = h('div', {
     'data-chart': 'distribution',
@@ -169,17 +181,23 @@ export function distributionChart(state) {
     plot?.destroy();
     if (element.clientWidth === 0) return;
     const shown = state.run.estimators
-      .map((one, i) => ({ ...one, stroke: seriesColor(i) }))
+      .map((one) => ({ ...one, stroke: seriesColor(one.color) }))
       .filter((one) => one.series.distribution && state.isShown(one.name));
     if (!shown.length) return;
-    const share = shown[0].series.distribution.map((_, i, all) => (100 * i) / (all.length - 1));
     const ink = color('quiet');
     const grid = { stroke: color('grid'), width: 1 };
     // The share is the common x axis of all columns, but is drawn upright, with the errors along the bottom.
     const [low, high] = decades(shown.map((one) => one.series.distribution));
-    const columns = shown.map((one) => [one.series.distribution.map((value) => Math.max(value, low)), share]);
-    // decades per label
-    const every = Math.ceil((60 * Math.log10(high / low)) / Math.max(60, element.clientWidth - axisWidth));
+    const columns = shown.map((one) => {
+      const reached = one.series.distribution.filter((value) => value != null);
+      const share = reached.map((_, i) => (100 * i) / (one.series.distribution.length - 1));
+      return [
+        [low, ...reached.map((value) => Math.max(value, low)), high],
+        [0, ...share, share[share.length - 1] ?? 0],
+      ];
+    });
+    const decade = (element.clientWidth - axisWidth) / Math.log10(high / low); // pixels
+    const isLabelled = labelledTicks(decade);
     plot = new uPlot(
       {
         mode: 2,
@@ -197,10 +215,7 @@ export function distributionChart(state) {
             grid,
             ticks: { show: false },
             size: 34,
-            filter: (_, ticks) =>
-              ticks.map((tick) =>
-                Math.abs(Math.log10(tick) / every - Math.round(Math.log10(tick) / every)) < 1e-6 ? tick : null,
-              ),
+            filter: (_, ticks) => ticks.map((tick) => (isLabelled(tick) ? tick : null)),
             values: (_, ticks) => ticks.map((tick) => (tick == null ? '' : roundMetres(tick))),
           },
           {

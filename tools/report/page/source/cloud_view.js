@@ -111,7 +111,7 @@ export function cloudView(state, cloud) {
     };
     if (run.truth) add(run.truth, color('truth'), 6);
     run.estimators.forEach(
-      (one, i) => state.isShown(one.name) && add(one.series, seriesColor(i), Math.max(1.4, 4 - 1.2 * i)),
+      (one, i) => state.isShown(one.name) && add(one.series, seriesColor(one.color), Math.max(1.4, 4 - 1.2 * i)),
     );
     three.renderer.setClearColor(isDark() ? 0x14181c : 0xffffff);
     render();

@@ -6,11 +6,11 @@ import { onTheme, seriesColor } from './theme.js';
 const share = (part, whole) =>
   whole > 0 ? ` (${fixed((100 * part) / whole, part === whole || part === 0 ? 0 : 1)}\u2009%)` : '';
 
-/** A colour mark of the theme. */
-export function swatch(index) {
-  const mark = h('span', { class: 'swatch', style: { background: seriesColor(index) } });
+/** The colour mark of an estimator. */
+export function swatch(estimator) {
+  const mark = h('span', { class: 'swatch', style: { background: seriesColor(estimator.color) } });
   onTheme(() => {
-    mark.style.background = seriesColor(index);
+    mark.style.background = seriesColor(estimator.color);
   });
   return mark;
 }
@@ -37,7 +37,7 @@ export function comparison(run) {
     return row.summary.success ? ['good', 'on track'] : ['bad', 'error above 1 m'];
   };
   const columns = [
-    { title: 'Estimator', value: (row) => row.name, cell: (row) => [swatch(row.index), row.name] },
+    { title: 'Estimator', value: (row) => row.name, cell: (row) => [swatch(row), row.name] },
     {
       title: 'Outcome',
       text: true,
@@ -96,7 +96,7 @@ export function comparison(run) {
   ];
   return sortableTable(
     columns,
-    run.estimators.map((one, index) => ({ ...one, index })),
+    run.estimators,
     withTruth ? 2 : 0,
   );
 }

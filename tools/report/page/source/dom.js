@@ -13,6 +13,17 @@ export function h(name, attributes = {}, ...children) {
   return element;
 }
 
+/** The sample of a line in a legend, with its stroke. `dash`: pixels of line and gap, as for a canvas. */
+export function lineSample(stroke, dash = [], width = 4) {
+  const style = { background: stroke, height: `${Math.max(2, Math.round(width))}px` };
+  if (dash.length) {
+    const [line, gap] = dash;
+    style.width = '28px';
+    style.webkitMaskImage = `repeating-linear-gradient(90deg, #000 0 ${line}px, transparent ${line}px ${line + gap}px)`;
+  }
+  return h('span', { class: 'swatch', style });
+}
+
 const thin = '\u2009';
 
 /** A number with this many decimals; an en dash if it is not finite. */

@@ -124,7 +124,7 @@ export function mapView(state, grounds) {
     paintTrack(view, leading, color('halo'), 9);
     if (run.truth) paintTrack(view, run.truth, color('truth'), 7);
     const shown = run.estimators
-      .map((one, i) => ({ ...one, paint: seriesColor(i), width: Math.max(1.4, 4.6 - 1.5 * i) }))
+      .map((one, i) => ({ ...one, paint: seriesColor(one.color), width: Math.max(1.4, 4.6 - 1.5 * i) }))
       .filter((one) => state.isShown(one.name));
     shown.forEach((one) => paintTrack(view, one.series, one.paint, one.width));
     const first = leading.x.findIndex((value) => value != null);
@@ -206,14 +206,14 @@ export function mapView(state, grounds) {
     const lines = [`x ${fixed(x, 2)}  y ${fixed(y, 2)} m${strength != null ? `   |B| ${fixed(strength, 1)} µT` : ''}`];
     if (at != null) {
       lines.unshift(h('b', {}, `${fixed(run.t[at], 1)} s`));
-      run.estimators.forEach((one, i) => {
+      run.estimators.forEach((one) => {
         if (!state.isShown(one.name) || one.series.x[at] == null) return;
         const [error, sigma] = [one.series.error?.[at], one.series.sigma?.[at]];
         lines.push(
           h(
             'span',
             {},
-            h('span', { class: 'swatch', style: { background: seriesColor(i) } }),
+            h('span', { class: 'swatch', style: { background: seriesColor(one.color) } }),
             one.name,
             error != null ? `: error ${metres(error)}` : '',
             sigma != null ? `, sigma ${metres(sigma)}` : '',

@@ -1,6 +1,6 @@
 // One chart over time: axes, cursor and zoom, which all charts of a run share.
 import uPlot from 'uplot';
-import { h, metres } from './dom.js';
+import { h, lineSample, metres } from './dom.js';
 import { color, onTheme } from './theme.js';
 
 export const axisWidth = 62;
@@ -65,7 +65,7 @@ export function panel(state, options) {
           h(
             'span',
             {},
-            h('span', { class: 'swatch', style: { background: one.stroke } }),
+            lineSample(one.stroke, one.dash, one.width),
             `${one.label} `,
             index == null ? '' : h('b', {}, options.format(one.values[index])),
           ),
@@ -173,7 +173,12 @@ export function panel(state, options) {
               u.ctx.textAlign = 'left';
               u.ctx.textBaseline = 'alphabetic';
               u.ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-              u.ctx.fillText(`limit ${metres(limit)}`, u.bbox.left + 6 * devicePixelRatio, y - 5 * devicePixelRatio);
+              const above = y - u.bbox.top > 18 * devicePixelRatio; // otherwise there is no room for the text
+              u.ctx.fillText(
+                `limit ${metres(limit)}`,
+                u.bbox.left + 6 * devicePixelRatio,
+                y + (above ? -5 : 15) * devicePixelRatio,
+              );
               u.ctx.restore();
             },
           ],

@@ -50,7 +50,8 @@ export function paintGrid(view, withLines) {
     const [u] = view.toScreen(x, 0);
     context.moveTo(u, 0);
     context.lineTo(u, size[1]);
-    if (u > 54) labels.push([x.toFixed(digits), u, size[1] - 6, 'center']);
+    const text = x.toFixed(digits);
+    if (u > 54 && u + 4 * text.length < size[0]) labels.push([text, u, size[1] - 6, 'center']);
   }
   for (let y = Math.ceil(y0 / step) * step; y <= y1; y += step) {
     const [, v] = view.toScreen(0, y);

@@ -6,7 +6,7 @@ import { comparison, swatch } from './comparison.js';
 import { brief, count, date, duration, fixed, h, leaf, metres } from './dom.js';
 import { mapView } from './map_view.js';
 import { decodeCloud, decodeField, driveBox } from './plan.js';
-import { placesOf, staleColumns } from './stale.js';
+import { mapIsHardlyTheCause, placesOf, staleColumns } from './stale.js';
 import { RunState } from './state.js';
 import { plainTable, sortableTable } from './table.js';
 import { trustSection } from './trust.js';
@@ -64,7 +64,7 @@ function staleSection(state) {
     const one = run.estimators[state.detail];
     const figures = one.summary.stale_map;
     const parts = [];
-    if (figures) {
+    if (figures?.places > 0) {
       const by = figures.largest_difference_ut > 0 ? `, the largest by ${brief(figures.largest_difference_ut)} µT` : '';
       parts.push(
         h(
@@ -76,6 +76,9 @@ function staleSection(state) {
             ? `; they form ${count(figures.stale_places)} ${figures.stale_places === 1 ? 'place' : 'places'}`
             : '',
           '. ',
+          mapIsHardlyTheCause(figures)
+            ? 'Rather the trajectory, the calibration or the choice of the map is wrong. '
+            : '',
           figures.false_alarm_probability != null
             ? `The probability of a false alarm is at most ${brief(figures.false_alarm_probability)} per cell`
             : '',
@@ -92,7 +95,7 @@ function staleSection(state) {
         h(
           'p',
           { class: 'quiet' },
-          figures ? 'No stale place was found.' : `${one.name} compared no reading with the magnetic map.`,
+          figures?.places > 0 ? 'No stale place was found.' : `${one.name} compared no reading with the magnetic map.`,
         ),
       );
     }
@@ -124,7 +127,7 @@ function choice(label, options, chosen, act) {
 }
 
 function seriesButtons(state) {
-  return state.run.estimators.map((one, i) => {
+  return state.run.estimators.map((one) => {
     const button = h(
       'button',
       {
@@ -134,7 +137,7 @@ function seriesButtons(state) {
         title: 'Show or hide',
         onclick: () => state.toggle(one.name),
       },
-      swatch(i),
+      swatch(one),
       one.name,
     );
     state.on('shown', () => button.setAttribute('aria-pressed', String(state.isShown(one.name))));
@@ -280,7 +283,12 @@ export async function runView(run) {
           'section',
           { id: 'distribution' },
           h('h2', {}, 'Error distribution'),
-          h('p', { class: 'quiet small' }, 'Share of scans with a position error up to the value on the x axis.'),
+          h(
+            'p',
+            { class: 'quiet small' },
+            'Share of all scans with a position error up to the value on the x axis. ',
+            'Lost scans count as beyond every error.',
+          ),
           distribution.element,
         )
       : null,

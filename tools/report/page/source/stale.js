@@ -1,10 +1,15 @@
 // Stale places: the field differs significantly from the map. docs/user/stale-map.md has the columns.
 import { brief, fixed } from './dom.js';
 
-/** {number, x, y, difference: µT, row} of each place; the first has the largest difference. */
+/** More than half of the visited cells differ: rather the trajectory, the calibration or the choice of the map is
+ * wrong, as the terminal says. */
+export const mapIsHardlyTheCause = (figures) => figures != null && 2 * figures.stale > figures.places;
+
+/** {number, x, y, difference: µT, row} of each place; the first has the largest difference. None if the map is hardly
+ * the cause. */
 export function placesOf(estimator) {
   const stale = estimator?.stale_places;
-  if (!stale) return [];
+  if (!stale || mapIsHardlyTheCause(estimator.summary.stale_map)) return [];
   const at = (row, name) => Number(row[stale.columns.indexOf(name)]);
   return stale.rows
     .map((row, i) => ({

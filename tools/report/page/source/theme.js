@@ -1,8 +1,32 @@
 // Colours: those of the page from its style sheet, those of series as in the program's pictures.
 
-/** Colour-blind safe colours (Okabe and Ito 2008). They repeat after seven. */
-const light = ['#d55e00', '#0072b2', '#009e73', '#cc79a7', '#e69f00', '#56b4e9', '#785e3c'];
-const dark = ['#ff8a3d', '#4aa8e8', '#2fc79b', '#e39cc4', '#f2b632', '#8bcdf4', '#b79a72'];
+/** As in tools/plotting/colors.cpp. The first six are colour-blind safe (Okabe and Ito 2008). */
+const light = [
+  '#d55e00',
+  '#0072b2',
+  '#009e73',
+  '#cc79a7',
+  '#e69f00',
+  '#56b4e9',
+  '#785e3c',
+  '#823ca0',
+  '#969628',
+  '#5a5a5a',
+  '#148282',
+];
+const dark = [
+  '#ff8a3d',
+  '#4aa8e8',
+  '#2fc79b',
+  '#e39cc4',
+  '#f2b632',
+  '#8bcdf4',
+  '#b79a72',
+  '#b983d6',
+  '#c8c85a',
+  '#a8a8a8',
+  '#4fc3c3',
+];
 
 /** Viridis at eight even steps (Smith and van der Walt 2015). */
 const viridis = [
@@ -24,6 +48,7 @@ export const isDark = () => darkQuery.matches && document.documentElement.datase
 /** A colour of the style sheet by its name. */
 export const color = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
+/** The colour of an estimator; `index`: its `color` in the data. */
 export const seriesColor = (index) => (isDark() ? dark : light)[index % light.length];
 
 /** A share (0 to 1) as [red, green, blue], mixed with the page's background so that lines are visible on it. */
