@@ -120,6 +120,11 @@ class Fleet(unittest.TestCase):
         self.assertIn("4 drives", page)
         self.assertIn("1 refused, 1 regained, 2 done", page)
         self.assertIn("&lt;c.bag&gt;", page)
+        self.assertRegex(page, r">\d+ m</text>", "the plan has a scale bar")
+
+    def test_the_scale_bar_has_a_round_length(self):
+        for at_most, length in ((9.9, 5.0), (10.0, 10.0), (49.0, 20.0), (0.7, 0.5)):
+            self.assertAlmostEqual(night().round_length(at_most), length)
 
     def test_a_night_without_any_run_has_a_page_too(self):
         self.add("c", code=2, message="refused")

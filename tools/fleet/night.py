@@ -9,6 +9,7 @@ estimates were lost, and where the magnetic map is stale, over all drives, the w
 import functools
 import html
 import json
+import math
 import sys
 from pathlib import Path
 
@@ -100,6 +101,20 @@ def ranked_places(cells: pd.DataFrame) -> pd.DataFrame:
     return result.sort_values(["kind", "drives", "total"], ascending=[True, False, False])[columns]
 
 
+def round_length(at_most_m: float) -> float:
+    """The largest of 1, 2, 5, 10, … metres (or their tenths, hundredths …) up to a length."""
+    power = 10.0 ** math.floor(math.log10(at_most_m))
+    return max(factor * power for factor in (1, 2, 5) if factor * power <= at_most_m)
+
+
+def scale_bar(left: float, bottom: float, width: float, letter: float) -> str:
+    """A bar of a round length with its text, as SVG in metres."""
+    length = round_length(0.3 * width)
+    return (f'<path class="scale" stroke-width="{letter / 8:.2f}" d="M{left:.2f},{bottom - letter / 2:.2f} '
+            f'v{letter / 2:.2f} h{length:g} v{-letter / 2:.2f}"/>'
+            f'<text x="{left + length + letter / 2:.2f}" y="{bottom:.2f}" font-size="{letter:.2f}">{length:g} m</text>')
+
+
 def picture(tracks: list, places: pd.DataFrame) -> str:
     """All drives from above, with the places, as SVG."""
     points = pd.concat(tracks, ignore_index=True).dropna() if tracks else pd.DataFrame()
@@ -108,6 +123,8 @@ def picture(tracks: list, places: pd.DataFrame) -> str:
     left, top = points["x_m"].min() - CELL_M, -points["y_m"].max() - CELL_M
     width, height = points["x_m"].max() - left + CELL_M, -points["y_m"].min() - top + CELL_M
     line = max(width, height) / 600.0
+    letter = 12.0 * line
+    width, height = max(width, 10.0 * letter), height + 2.0 * letter  # the scale bar is below the drives
     parts = [f'<svg viewBox="{left:.1f} {top:.1f} {width:.1f} {height:.1f}" role="img" '
              f'aria-label="All drives from above">']
     for kind in ("degenerate", "stale", "lost"):
@@ -120,6 +137,7 @@ def picture(tracks: list, places: pd.DataFrame) -> str:
             drawn = pd.concat([stretch.iloc[::5], stretch.iloc[-1:]])
             path = " ".join(f"{x:.1f},{-y:.1f}" for x, y in zip(drawn["x_m"], drawn["y_m"]))
             parts.append(f'<polyline points="{path}" stroke-width="{line:.2f}"/>')
+    parts.append(scale_bar(left + letter, top + height - letter / 2, width, letter))
     return "\n".join(parts + ["</svg>"])
 
 
@@ -145,6 +163,7 @@ th{border-bottom:2px solid #888;font-weight:600}tr:nth-child(even){background:#f
 tr.refused td:nth-child(4),tr.lost td:nth-child(4){color:#b00020;font-weight:600}
 tr.regained td:nth-child(4),tr.uncertain td:nth-child(4){color:#8a5a00;font-weight:600}
 svg{width:100%;max-height:38em;background:#fafafa;border:1px solid #ddd}polyline{fill:none;stroke:#555}
+.scale{fill:none;stroke:#222}
 .degenerate{fill:#e69f00}.stale{fill:#7b3294}.lost{fill:#d7191c}"""
 
 KINDS = {
