@@ -57,7 +57,10 @@ void check_output(const ExportCall& call, const fs::path& out) {
   if (in_run.empty()) return;
   const bool in_subfolder = std::next(in_run.begin()) != in_run.end();
   const fs::path name = in_run.filename();
-  if (!in_subfolder && name != "." && name != "summary.json" && name != "config.yaml" && name != "bound.csv") return;
+  if (!in_subfolder && name != "." && name != "summary.json" && name != "config.yaml" && name != "call.json" &&
+      name != "bound.csv") {
+    return;
+  }
   throw InputError(fmt::format("--out {}: is among the results of {}; choose another name", out.string(), call.run));
 }
 

@@ -24,16 +24,27 @@ fs::path checkpoint_folder(const RunCall& call) {
   return fs::path(call.out) / "checkpoint";
 }
 
-/// Identity of the call that made the recordings.
+/// Identity of the call that made the recordings. Exists while results are missing.
 fs::path identity_file(const RunCall& call) {
   return checkpoint_folder(call) / "call.json";
 }
 
+/// Identity of the call that made the finished results.
+fs::path finished_identity_file(const RunCall& call) {
+  return fs::path(call.out) / "call.json";
+}
+
+/// summary.json of the folder of results; no object if there is none.
+nlohmann::json summary_of(const RunCall& call) {
+  const fs::path summary = fs::path(call.out) / "summary.json";
+  if (!fs::exists(summary)) return {};
+  return nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
+}
+
 /// The exit code of a complete call with this identity.
 std::optional<int> exit_code_of_complete_results(const RunCall& call, const RunIdentity& identity) {
-  const fs::path summary = fs::path(call.out) / "summary.json";
-  if (fs::exists(checkpoint_folder(call)) || !fs::exists(summary)) return std::nullopt;
-  const auto json = nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
+  if (fs::exists(identity_file(call))) return std::nullopt;
+  const nlohmann::json json = summary_of(call);
   if (!json.is_object() || !json.contains("identity") || json["identity"] != digest(identity) ||
       !json.contains("status")) {
     return std::nullopt;
@@ -64,9 +75,8 @@ fs::path recording_of(const RunCall& call, const std::string& estimator) {
 
 namespace {
 
-/// Identity of an unfinished call; nothing if there is none.
-std::optional<RunIdentity> unfinished_identity(const RunCall& call) {
-  const fs::path file = identity_file(call);
+/// The identity in a file; nothing if there is no such file.
+std::optional<RunIdentity> identity_in(const fs::path& file) {
   if (!fs::exists(file)) return std::nullopt;
   const auto json = nlohmann::json::parse(read_text_file(file.string()), nullptr, false);
   try {
@@ -76,44 +86,20 @@ std::optional<RunIdentity> unfinished_identity(const RunCall& call) {
   }
 }
 
-void print_kept_estimators(const RunCall& call) {
-  bool any = false;
-  for (const std::string& name : call.estimators) {
-    if (!EstimateRecording::read(recording_of(call, name))) continue;
-    std::printf("%s: finished; its estimates are kept\n", name.c_str());
-    any = true;
+/// The first difference from the unfinished call in the folder, or else from the call whose results are there. Empty if
+/// there is none.
+std::string difference_from_earlier_call(const RunCall& call, const RunIdentity& identity) {
+  const bool unfinished = fs::exists(identity_file(call));
+  if (const auto written = identity_in(unfinished ? identity_file(call) : finished_identity_file(call))) {
+    return difference_between(*written, identity);
   }
-  if (!any) std::printf("%s: no estimator has finished; the run begins again\n", call.out.c_str());
+  const nlohmann::json json = summary_of(call);
+  const bool other =
+      !unfinished && json.is_object() && json.contains("identity") && json["identity"] != digest(identity);
+  return other ? "the results are of another call" : "";
 }
 
-}  // namespace
-
-std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& identity) {
-  if (call.resume) {
-    if (const auto code = exit_code_of_complete_results(call, identity)) {
-      std::printf("%s: the results are complete; nothing to resume\n", call.out.c_str());
-      return code;
-    }
-    if (const auto written = unfinished_identity(call)) {
-      if (const std::string difference = difference_between(*written, identity); !difference.empty()) {
-        throw InputError(fmt::format("{}: this call cannot be resumed: {}; run without --resume to begin again",
-                                     call.out, difference));
-      }
-      print_kept_estimators(call);
-    } else {
-      std::printf("%s: nothing to resume; the run begins again\n", call.out.c_str());
-      remove_recordings(call);
-    }
-  } else {
-    remove_recordings(call);
-  }
-  remove_leftovers(call);
-  made_folder(checkpoint_folder(call));
-  write_text_file(identity_file(call),
-                  nlohmann::json(identity).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
-  return std::nullopt;
-}
-
+/// Removes OUT/checkpoint. Throws InputError if the folder has a file that no run wrote.
 void remove_recordings(const RunCall& call) {
   const fs::path folder = checkpoint_folder(call);
   if (!fs::is_directory(fs::symlink_status(folder))) return;
@@ -138,6 +124,55 @@ void remove_recordings(const RunCall& call) {
     if (error)
       throw InputError(fmt::format("{}: cannot be removed: {}; check its permissions", each.string(), error.message()));
   }
+}
+
+void print_kept_estimators(const RunCall& call) {
+  bool any = false;
+  for (const std::string& name : call.estimators) {
+    if (!EstimateRecording::read(recording_of(call, name))) continue;
+    std::printf("%s: finished; its estimates are kept\n", name.c_str());
+    any = true;
+  }
+  if (!any) std::printf("%s: no estimator has finished; the run begins again\n", call.out.c_str());
+}
+
+}  // namespace
+
+std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& identity) {
+  if (call.resume) {
+    if (const auto code = exit_code_of_complete_results(call, identity)) {
+      std::printf("%s: the results are complete; nothing to resume\n", call.out.c_str());
+      remove_recordings(call);  // a process that was killed just before the end may have left them
+      return code;
+    }
+    if (const std::string difference = difference_from_earlier_call(call, identity); !difference.empty()) {
+      throw InputError(fmt::format("{}: this call cannot be resumed: {}; run without --resume to begin again", call.out,
+                                   difference));
+    }
+    if (fs::exists(identity_file(call))) {
+      print_kept_estimators(call);
+    } else {
+      std::printf("%s: nothing to resume; the run begins again\n", call.out.c_str());
+      remove_recordings(call);
+    }
+  } else {
+    remove_recordings(call);
+  }
+  remove_leftovers(call);
+  made_folder(checkpoint_folder(call));
+  write_text_file(identity_file(call),
+                  nlohmann::json(identity).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+  return std::nullopt;
+}
+
+void finish_recordings(const RunCall& call) {
+  std::error_code error;
+  fs::rename(identity_file(call), finished_identity_file(call), error);
+  if (error) {
+    throw InputError(fmt::format("{}: cannot be written: {}; check its permissions",
+                                 finished_identity_file(call).string(), error.message()));
+  }
+  remove_recordings(call);
 }
 
 }  // namespace lodestone

@@ -15,10 +15,11 @@ std::filesystem::path recording_of(const RunCall& call, const std::string& estim
 
 /// Creates OUT/checkpoint with the identity of the call. Without --resume, the folder is emptied; with --resume,
 /// recordings of the same call are kept. If all results of the same call exist, returns its exit code. Throws
-/// InputError with the difference if the recordings are of another call.
+/// InputError with the difference if --resume finds recordings or results of another call.
 std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& identity);
 
-/// Removes OUT/checkpoint. Throws InputError if the folder has a file that no run wrote.
-void remove_recordings(const RunCall& call);
+/// Once all results exist: moves the identity of the call to OUT/call.json and removes OUT/checkpoint. Throws
+/// InputError if that folder has a file that no run wrote.
+void finish_recordings(const RunCall& call);
 
 }  // namespace lodestone

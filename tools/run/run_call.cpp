@@ -314,7 +314,7 @@ int execute(const RunCall& call) {
   const int code = exit_code_of(summaries);
   if (code != exit_code::interrupted) {
     stale.remove();
-    remove_recordings(call);
+    finish_recordings(call);
   }
   return code;
 }

@@ -37,7 +37,7 @@ std::map<std::string, std::string> results_in(const fs::path& folder) {
     std::string content = content_of(entry.path());
     if (entry.path().filename() == "diagnostics.csv") {
       content = std::regex_replace(content, std::regex(",[^,\n]*\n"), "\n");  // the last column is the step's wall time
-    } else if (entry.path().extension() == ".json") {
+    } else if (entry.path().extension() == ".json" && entry.path().filename() != "call.json") {
       auto json = nlohmann::json::parse(content, nullptr, false);
       EXPECT_FALSE(json.is_discarded()) << entry.path();
       for (nlohmann::json* object : {&json, json.contains("estimators") ? &json["estimators"] : &json}) {
@@ -198,8 +198,19 @@ TEST_F(RunResume, SaysWhatItFinds) {
   const ProgramResult whole = run_lodestone(call("whole", options + " --resume"));
   EXPECT_EQ(whole.code, 0) << whole.errors;
   EXPECT_THAT(whole.output, HasSubstr("the results are complete"));
-  const ProgramResult other = run_lodestone(call("whole", options + " --resume --max-range 20"));
-  EXPECT_THAT(other.output, HasSubstr("nothing to resume"));
+}
+
+TEST_F(RunResume, FinishedResultsOfAnotherCallStay) {
+  const std::string options = "--estimator ieskf";
+  std::map<std::string, std::string> wanted;
+  run_unbroken("finished", options, wanted);
+  expect_refused(call("finished", options + " --resume --max-range 20"), "--max-range was none and is 20 now");
+  expect_refused(call("finished", "--estimator smoother --resume"), "--estimator was ieskf and is smoother now");
+  EXPECT_EQ(results_in(path("finished")), wanted);
+  // Without the identity in full, the digest in summary.json still shows that the call is another.
+  fs::remove(path("finished/call.json"));
+  expect_refused(call("finished", options + " --resume --max-range 20"), "the results are of another call");
+  EXPECT_THAT(run_lodestone(call("finished", options + " --resume")).output, HasSubstr("the results are complete"));
 }
 
 TEST_F(RunResume, RefusesResultsOfAnotherCall) {
