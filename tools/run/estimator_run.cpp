@@ -148,6 +148,21 @@ void warn_of_uncertainty(const EstimateRecord& record, WarningLog& warnings) {
   }
 }
 
+/// Warns if the ground truth covers only a part of the estimate.
+void warn_of_truth(const EstimatorRun& run, const Trajectory& estimate, const PosePairs& pairs, Time log_begin,
+                   Time log_end, WarningLog& warnings) {
+  if (estimate.empty()) return;
+  if (!pairs.empty() && to_seconds(pairs.front().time - estimate.front().time) <= kEndTolerance_s &&
+      to_seconds(estimate.back().time - pairs.back().time) <= kEndTolerance_s) {
+    return;
+  }
+  warnings.add("run.truth",
+               fmt::format("{} spans {} s to {} s, the log {} s to {} s: {} of {} poses are compared", run.truth_file,
+                           format_stamp(run.truth->front().time), format_stamp(run.truth->back().time),
+                           format_stamp(log_begin), format_stamp(log_end), pairs.size(), estimate.size()),
+               estimate.front().time);
+}
+
 /// Writes the error of every pose with ground truth.
 void write_errors_of(const EstimateRecord& record, const PosePairs& pairs, const std::filesystem::path& path) {
   std::vector<Matrix6> covariances;
@@ -359,10 +374,8 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
     if (least != nullptr && least->position_m > 0.0) stage.ate_over_bound = stage.ate_m / least->position_m;
   }
   if (summary.truth) write_errors_of(outcome.record, summary.truth->pairs, run.folder / "errors.csv");
-  if (summary.truth && summary.truth->pairs.empty()) {
-    warnings.add("run.truth", "no pose of the estimate is within the time of the ground truth; both must use one clock",
-                 last_end);
-  }
+  if (summary.truth)
+    warn_of_truth(run, outcome.record.best(), summary.truth->pairs, outcome.log_begin, log_end, warnings);
   summary.warnings = warnings;
   write_text_file(run.folder / "summary.json", to_json(summary));
   if (bundles.failure) throw *bundles.failure;

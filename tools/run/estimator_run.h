@@ -22,6 +22,7 @@ struct EstimatorRun {
   /// field: also field_residuals.csv, stale_places.csv and field_cells.csv.
   std::filesystem::path folder;
   const Trajectory* truth = nullptr;                      ///< null: no errors
+  std::string truth_file;                                 ///< named in warnings
   const CalibrationEstimate* true_calibration = nullptr;  ///< null: no errors of the calibration
   const Bound* bound = nullptr;                           ///< null: no comparison with the bound
   const Platform* platform = nullptr;                     ///< unchanged, as in its file; null: no platform.yaml

@@ -1,5 +1,6 @@
 #include "tools/run/picture_series.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -73,6 +74,8 @@ void write_pictures(const std::filesystem::path& folder, const MagneticMap* map,
                     const std::vector<Time>& scans, const std::vector<PictureSeries>& series) {
   made_folder(folder);
   draw_map_picture(folder / "map", map, crop_to_scans(truth, scans), series);
+  const auto compared = [](const PictureSeries& one) { return !one.error_m.empty(); };
+  if (std::none_of(series.begin(), series.end(), compared)) return;
   draw_error_picture(folder / "error", series);
   draw_distribution_picture(folder / "distribution", series);
 }

@@ -12,7 +12,7 @@ PictureSeries picture_series(const EstimatorOutcome& outcome, const Trajectory& 
 std::vector<Time> scan_ends(const std::vector<EstimatorOutcome>& outcomes);
 
 /// Writes map, error and distribution, each as .png, .pdf and .svg, into `folder`. `map` may be null. The ground truth
-/// is cropped to `scans`.
+/// is cropped to `scans`. If no scan has ground truth, only the map.
 void write_pictures(const std::filesystem::path& folder, const MagneticMap* map, const Trajectory& truth,
                     const std::vector<Time>& scans, const std::vector<PictureSeries>& series);
 

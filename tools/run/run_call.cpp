@@ -134,10 +134,17 @@ void run_first_checks(const RunCall& call, RunInputs& inputs) {
                       site.warnings);
 }
 
-/// Refuses an unreadable log before the maps are loaded, which may take minutes.
-void check_log(const RunCall& call, const Site& site) {
+/// Refuses an unreadable log, and ground truth of another drive, before the maps are loaded, which may take minutes.
+void check_log(const RunCall& call, const RunInputs& inputs) {
   WarningLog ignored;  // the estimators' passes report these warnings
-  open_bundles(call.log, site, ignored);
+  const OpenedLog log = open_bundles(call.log, inputs.site, ignored);
+  if (call.truth.empty()) return;
+  const Time from = inputs.truth.front().time, to = inputs.truth.back().time;
+  if (to >= log.begin && from <= std::max(log.begin, log.end)) return;
+  throw InputError(fmt::format(
+      "{}: no time in common with the log: it spans {} s to {} s, and {} {} s to {} s; use the ground truth of this "
+      "drive, with the log's clock",
+      call.truth, format_stamp(from), format_stamp(to), call.log, format_stamp(log.begin), format_stamp(log.end)));
 }
 
 struct LogSpan {
@@ -180,6 +187,7 @@ EstimatorOutcome run_one(const std::string& name, const RunCall& call, const Run
   run.name = name;
   run.folder = std::filesystem::path(call.out) / name;
   run.truth = call.truth.empty() ? nullptr : &inputs.truth;
+  run.truth_file = call.truth;
   run.true_calibration = inputs.true_calibration ? &*inputs.true_calibration : nullptr;
   run.field = {site.field.get(), &site.platform.suite, &site.options};
   const auto span = std::make_shared<LogSpan>();
@@ -266,7 +274,7 @@ int execute(const RunCall& call) {
   std::optional<FolderLock> lock(call.out);  // before the maps are loaded
   const ThreadLimit limit(call.threads.value_or(0));
   RunInputs inputs = load_small_files(call);
-  check_log(call, inputs.site);
+  check_log(call, inputs);
   load_maps(call, inputs.site);
   run_first_checks(call, inputs);
   const std::filesystem::path out = made_folder(call.out);

@@ -14,7 +14,6 @@ namespace lodestone {
 namespace {
 
 constexpr double kNear_m = 0.1;
-constexpr double kEndTolerance_s = 1.0;  // a log may end with IMU samples after its last whole scan
 
 }  // namespace
 
@@ -56,7 +55,7 @@ double share_within(const PosePairs& pairs, const std::vector<double>& error_m, 
   return within_s / to_seconds((at_the_end ? pairs.back().time : end) - pairs.front().time);
 }
 
-/// `end`: the last time that the estimate should cover.
+/// `end`: the last time that estimate and ground truth should cover.
 PoseComparison compare_poses(const std::string& name, const EstimateRecord::Poses& poses, const Trajectory& truth,
                              Time end) {
   PoseComparison compared;
@@ -104,16 +103,15 @@ TruthFigures compare_with_truth(const EstimateRecord& record, const Trajectory& 
   if (const auto similarity = find_alignment(figures.pairs, Alignment::se3)) {
     figures.ate_se3_m = summarize(translation_errors(align(*similarity, figures.pairs))).rmse;
   }
-  const bool at_the_end = !record.best().empty() && to_seconds(log_end - record.best().back().time) <= kEndTolerance_s;
+  const bool at_the_end = to_seconds(log_end - figures.pairs.back().time) <= kEndTolerance_s;
   figures.success = status == RunStatus::done && at_the_end && figures.max_error_m <= kSuccess_m;
   return figures;
 }
 
 std::vector<StageFigures> compare_stages(const EstimateRecord& record, const Trajectory& truth, Time log_end) {
   std::vector<StageFigures> result;
-  const Time end = truth.empty() ? log_end : std::min(log_end, truth.back().time);
   const auto add = [&](const char* name, const EstimateRecord::Poses& poses) {
-    PoseComparison compared = compare_poses(name, poses, truth, end);
+    PoseComparison compared = compare_poses(name, poses, truth, log_end);
     if (!compared.pairs.empty()) result.push_back(std::move(compared.figures));
   };
   const auto same = [](const StampedPose& a, const StampedPose& b) {

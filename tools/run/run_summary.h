@@ -32,6 +32,9 @@ const char* status_name(RunStatus status);
 /// Largest position error of a successful run.
 inline constexpr double kSuccess_m = 1.0;
 
+/// A log may end with IMU samples after its last whole scan, and a ground truth a little before.
+inline constexpr double kEndTolerance_s = 1.0;
+
 /// Errors of the best estimate against the ground truth (interpolated at the estimate's stamps).
 struct TruthFigures {
   PosePairs pairs;
@@ -40,7 +43,7 @@ struct TruthFigures {
   double max_error_m = 0.0;
   double heading_rmse_deg = 0.0;
   std::optional<double> nees_pose;  ///< per degree of freedom; nothing without usable covariances
-  bool success = false;             ///< position error always within kSuccess_m, up to the end of the log
+  bool success = false;             ///< known position error always within kSuccess_m, up to the end of the log
 };
 
 /// Errors of one kind of estimate against the ground truth.

@@ -169,6 +169,27 @@ TEST_F(EstimatorRunTest, SuccessNeedsTheEndOfTheLog) {
   EXPECT_FALSE(run_estimator(run, warnings).summary.truth->success);
 }
 
+TEST_F(EstimatorRunTest, TruthOfAPartOfTheLogIsNoSuccessAndIsReported) {
+  const auto cut_truth = [this](double end_s) {
+    std::erase_if(truth_, [end_s](const StampedPose& pose) { return pose.time > from_seconds(end_s); });
+  };
+  EstimatorRun run = run_with(StandIn{});
+  run.truth_file = "half.tum";
+  cut_truth(9.25);  // within a second of the log's end
+  WarningLog nearly_whole;
+  EXPECT_TRUE(run_estimator(run, nearly_whole).summary.truth->success);
+  EXPECT_EQ(nearly_whole.count("run.truth"), 0);
+
+  cut_truth(3.05);
+  WarningLog warnings;
+  EXPECT_FALSE(run_estimator(run, warnings).summary.truth->success);
+  EXPECT_NEAR(summary()["stages"]["causal"]["share_within_1m"].get<double>(), 2.9 / 9.9, 1e-9);
+  EXPECT_EQ(warnings.count("run.truth"), 1);
+  EXPECT_EQ(summary()["warnings"]["run.truth"]["first"],
+            "half.tum spans 0.000000000 s to 3.050000000 s, the log 0.000000000 s to 10.000000000 s: 30 of 100 poses "
+            "are compared");
+}
+
 TEST_F(EstimatorRunTest, WithoutTruthThereAreNoFiguresAgainstIt) {
   EstimatorRun run = run_with(StandIn{});
   run.truth = nullptr;

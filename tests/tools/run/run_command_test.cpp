@@ -181,8 +181,25 @@ TEST_F(RunCommand, LogAndOutputAreLookedAtBeforeTheMaps) {
   std::ofstream(folder_ / "file") << "x";
   expect_refused("run " + path("log.bag") + rest + path("file") + "/deep/out",
                  "file is not a folder; choose another --out");
+  Trajectory other = read_trajectory(path("truth.tum"));
+  for (StampedPose& pose : other) pose.time += from_seconds(1000.0);
+  write_tum(path("other.tum"), other);
+  expect_refused(
+      "run " + path("log.bag") + rest + path("out") + " --truth " + path("other.tum"),
+      "other.tum: no time in common with the log: it spans 1700001000.000000000 s to 1700001003.000000000 s");
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   expect_refused("run " + path("log.bag") + rest + path("out"), "nowhere.pcd");
+}
+
+TEST_F(RunCommand, WithoutAPoseToCompareThereIsNoPictureOfErrors) {
+  const Time second = from_seconds(1.0);
+  write_tum(path("sparse.tum"), Trajectory{{kBegin - second, Pose{}}, {kBegin + from_seconds(kDuration) + second, {}}});
+  const ProgramResult result = run_lodestone(call("--initial-pose '0 0 0 0 0 0 1' --truth " + path("sparse.tum")));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("run.truth (1 x): " + path("sparse.tum") + " spans "));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/pictures/map.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/pictures/error.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/pictures/distribution.png"));
 }
 
 TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
