@@ -36,9 +36,7 @@ void write_overview(const std::filesystem::path& folder, const OverviewInput& in
   made_folder(folder);
   std::error_code error;
   // Files of an earlier run in the same folder must not remain.
-  for (const char* name : {"overview.json", "truth.tum", "field.png", "field.json", "cloud.pcd"}) {
-    std::filesystem::remove(folder / name, error);
-  }
+  for (const char* name : kOverviewFiles) std::filesystem::remove(folder / name, error);
   nlohmann::ordered_json json;
   json["log_begin_s"] = format_stamp(input.log_begin);
   Trajectory drive;

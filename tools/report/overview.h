@@ -20,6 +20,9 @@ struct OverviewInput {
   Trajectory estimate;                       ///< defines the extent if there is no truth
 };
 
+/// The files that write_overview may write. Older ones are deleted.
+inline constexpr const char* kOverviewFiles[] = {"overview.json", "truth.tum", "field.png", "field.json", "cloud.pcd"};
+
 /// Writes `folder`/overview.json and, if available, truth.tum (at scan ends), field.png with field.json, and cloud.pcd
 /// (at most 150,000 points). Maps are cropped to the surroundings of the drive. Throws InputError if the folder cannot
 /// be written or the cloud cannot be read.

@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/error.h"
 #include "estimators/factory.h"
+#include "tools/report/overview.h"
+#include "tools/run/resumption.h"
+#include "tools/run/stale_results.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {
@@ -16,15 +20,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// All files that a run may write to its folder of results, relative to the folder. Without recordings.
+std::vector<fs::path> written_files() {
+  std::vector<fs::path> files = replaceable_files(estimator_names());
+  for (const char* name : {"summary.json", "config.yaml", "call.json"}) files.emplace_back(name);
+  for (const char* name : kOverviewFiles) files.push_back(fs::path("overview") / name);
+  return files;
+}
+
 bool is_run_output(const fs::path& in_out) {
-  const fs::path first = *in_out.begin();
-  const std::vector<std::string> estimators = estimator_names();
-  const bool in_a_folder = std::next(in_out.begin()) != in_out.end();
-  if (in_a_folder) {
-    return first == "overview" || first == "pictures" || first == "checkpoint" ||
-           std::find(estimators.begin(), estimators.end(), first.string()) != estimators.end();
+  const std::vector<fs::path> files = written_files();
+  return *in_out.begin() == "checkpoint" || std::find(files.begin(), files.end(), in_out) != files.end();
+}
+
+/// Throws InputError if a run would replace a file that no run wrote.
+void check_foreign_files(const fs::path& out) {
+  if (fs::exists(out / "checkpoint") || summary_in(out).contains("identity")) return;
+  for (const fs::path& file : written_files()) {
+    if (!fs::is_regular_file(out / file)) continue;
+    throw InputError(
+        fmt::format("{}: no run wrote this file, but the run would replace it; move the file, or choose another --out",
+                    (out / file).string()));
   }
-  return first == "summary.json" || first == "config.yaml" || first == "bound.csv";
 }
 
 }  // namespace
@@ -44,6 +61,7 @@ void check_output_folder(const RunCall& call) {
     throw InputError(fmt::format(
         "{}: is among the files that --out {} would replace; choose another folder for the results", input, call.out));
   }
+  check_foreign_files(call.out);
 }
 
 }  // namespace lodestone

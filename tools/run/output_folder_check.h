@@ -5,7 +5,8 @@
 namespace lodestone {
 
 /// Throws InputError if the results of a run would replace an input or would be read as a part of it: --out in the
-/// log's folder, or an input among the files that a run writes to --out.
+/// log's folder, or an input among the files that a run writes to --out. Also if such a file exists in a folder that
+/// has neither results nor recordings of a run.
 void check_output_folder(const RunCall& call);
 
 }  // namespace lodestone

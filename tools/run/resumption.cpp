@@ -34,17 +34,10 @@ fs::path finished_identity_file(const RunCall& call) {
   return fs::path(call.out) / "call.json";
 }
 
-/// summary.json of the folder of results; no object if there is none.
-nlohmann::json summary_of(const RunCall& call) {
-  const fs::path summary = fs::path(call.out) / "summary.json";
-  if (!fs::exists(summary)) return {};
-  return nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
-}
-
 /// The exit code of a complete call with this identity.
 std::optional<int> exit_code_of_complete_results(const RunCall& call, const RunIdentity& identity) {
   if (fs::exists(identity_file(call))) return std::nullopt;
-  const nlohmann::json json = summary_of(call);
+  const nlohmann::json json = summary_in(call.out);
   if (!json.is_object() || !json.contains("identity") || json["identity"] != digest(identity) ||
       !json.contains("status")) {
     return std::nullopt;
@@ -68,6 +61,12 @@ void remove_leftovers(const RunCall& call) {
 }
 
 }  // namespace
+
+nlohmann::json summary_in(const fs::path& out) {
+  const fs::path summary = out / "summary.json";
+  if (!fs::is_regular_file(summary)) return {};
+  return nlohmann::json::parse(read_text_file(summary.string()), nullptr, false);
+}
 
 fs::path recording_of(const RunCall& call, const std::string& estimator) {
   return checkpoint_folder(call) / (estimator + ".estimates");
@@ -93,7 +92,7 @@ std::string difference_from_earlier_call(const RunCall& call, const RunIdentity&
   if (const auto written = identity_in(unfinished ? identity_file(call) : finished_identity_file(call))) {
     return difference_between(*written, identity);
   }
-  const nlohmann::json json = summary_of(call);
+  const nlohmann::json json = summary_in(call.out);
   const bool other =
       !unfinished && json.is_object() && json.contains("identity") && json["identity"] != digest(identity);
   return other ? "the results are of another call" : "";

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -8,6 +9,9 @@
 #include "tools/run/run_identity.h"
 
 namespace lodestone {
+
+/// summary.json in a folder of results; no object if there is none.
+nlohmann::json summary_in(const std::filesystem::path& out);
 
 /// OUT/checkpoint/NAME.estimates: the estimates of a finished estimator. The folder exists from a call's begin until
 /// all results are written.

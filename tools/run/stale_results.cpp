@@ -19,17 +19,22 @@ constexpr const char* kEndings[] = {".png", ".pdf", ".svg"};
 
 }  // namespace
 
-StaleResults::StaleResults(fs::path folder, const std::vector<std::string>& estimators) : folder_(std::move(folder)) {
-  note(folder_ / "bound.csv");
+std::vector<fs::path> replaceable_files(const std::vector<std::string>& estimators) {
+  std::vector<fs::path> files{"bound.csv"};
   std::vector<std::string> pictures(std::begin(kPictures), std::end(kPictures));
   for (const std::string& name : estimators) {
-    for (const char* file : kEstimatorFiles) note(folder_ / name / file);
-    estimator_folders_.push_back(folder_ / name);
+    for (const char* file : kEstimatorFiles) files.push_back(fs::path(name) / file);
     pictures.push_back("stale_map_" + name);
   }
   for (const std::string& picture : pictures) {
-    for (const char* ending : kEndings) note(folder_ / "pictures" / (picture + ending));
+    for (const char* ending : kEndings) files.push_back(fs::path("pictures") / (picture + ending));
   }
+  return files;
+}
+
+StaleResults::StaleResults(fs::path folder, const std::vector<std::string>& estimators) : folder_(std::move(folder)) {
+  for (const fs::path& file : replaceable_files(estimators)) note(folder_ / file);
+  for (const std::string& name : estimators) estimator_folders_.push_back(folder_ / name);
 }
 
 void StaleResults::keep_calibration(const fs::path& folder) {

@@ -8,6 +8,10 @@
 
 namespace lodestone {
 
+/// The files that a run writes or deletes, relative to its folder of results: those of all `estimators`, the pictures
+/// and the bound. Without the files that every run writes.
+std::vector<std::filesystem::path> replaceable_files(const std::vector<std::string>& estimators);
+
 /// Files of an earlier run in a result folder. Those that the new run does not write are deleted. Considers only files
 /// that `lodestone run` writes; other files are kept.
 class StaleResults {
