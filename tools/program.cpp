@@ -20,6 +20,7 @@
 #include "frontends/configuration/number_text.h"
 #include "tools/commands.h"
 #include "tools/messages.h"
+#include "tools/progress.h"
 #include "tools/run/resources.h"
 
 namespace lodestone {
@@ -80,6 +81,7 @@ void raise_descriptor_limit() {
 int run_program(int argument_count, char** arguments, const std::string& revision) {
   const std::string version = fmt::format("lodestone {}, {}", LODESTONE_VERSION, revision);
   std::signal(SIGXFSZ, SIG_IGN);  // exceeding the limit on file sizes is reported like a full disk
+  catch_interrupts();
   raise_descriptor_limit();
   CLI::App app{
       "Lodestone reprocesses logs of a robot with LiDAR, IMU and magnetometers against prior maps.\n"

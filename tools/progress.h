@@ -7,14 +7,16 @@
 
 namespace lodestone {
 
-/// From now on SIGINT, SIGTERM and SIGHUP (unless it is ignored) only set a flag, so that a long command can write its
-/// results so far and exit with code 130. A second signal ends the process at once.
+/// Called once, before a command begins. From now on SIGINT, SIGTERM and SIGHUP (unless it is ignored) only set a flag,
+/// so that a long command can write its results so far and exit with code 130. A second signal ends the process at
+/// once.
 void catch_interrupts();
 
 /// Whether a signal has arrived. Long loops poll this.
 bool interrupt_requested();
 
-/// Throws Interrupted after a signal: for loops that have nothing to save.
+/// Throws Interrupted after a signal: for loops and between steps, where there is nothing to save. Not between the
+/// files of one result.
 void throw_if_interrupted();
 
 /// "m:ss" or "h:mm:ss".

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "frontends/maps/magnetic_map_file.h"
 #include "tests/tools/program_runner.h"
 
 namespace lodestone {
@@ -117,6 +118,28 @@ TEST(Program, MessagesAreQuietDetailedOrKeptInAFile) {
                  "--log-file " + truth + ": is " + truth + ", which the results would overwrite");
   EXPECT_EQ(content_of(truth), content);
   expect_refused(call + " --log-file " + folder.path().string(), "cannot be written");
+}
+
+TEST(Program, ASignalEndsACommandBetweenItsSteps) {
+  const TemporaryFolder folder;
+  const std::string like = (folder / "like.yaml").string(), out = (folder / "truth.yaml").string();
+  const std::string pose = (folder / "pose.tum").string(), errors = (folder / "errors").string();
+  const FieldGrid grid{0.1, {20.0, -0.5}, 3, 3, {0.12}};
+  write_magnetic_map(MagneticMap(grid, std::vector<Eigen::Vector4f>(9, {1.0F, 2.0F, 3.0F, 0.5F}), 2.0), {}, like);
+  std::ofstream(pose) << "0 0 0 0 0 0 0 1\n";
+  // The signal comes while the command reads a pipe: a comment fills the pipe, so that the signal finds a reader.
+  const auto interrupted_in = [](const std::string& file) {
+    return " <(head -c 300000 /dev/zero | tr '\\0' '#'; echo; kill -INT $$; cat " + file + ") ";
+  };
+  for (const std::string& arguments : {"evaluate" + interrupted_in(pose) + pose,
+                                       "map truth" + interrupted_in(LODESTONE_SOURCE_DIR "/config/worlds/tunnel.yaml") +
+                                           "--like " + like + " --out " + out}) {
+    std::ofstream(folder / "call.sh") << "exec " LODESTONE_PROGRAM " " << arguments << " >/dev/null 2>" << errors;
+    const int status = std::system(("bash " + (folder / "call.sh").string()).c_str());
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 130) << arguments << status;
+    EXPECT_EQ(content_of(errors), "lodestone: interrupted\n");
+  }
+  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 TEST(Program, WhatIsNoFileIsOneLine) {

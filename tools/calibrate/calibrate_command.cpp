@@ -108,7 +108,6 @@ std::filesystem::path field_change_file(const std::string& out) {
 }
 
 void calibrate(const CalibrateCall& call) {
-  catch_interrupts();
   const ThreadLimit limit(1);  // BLAS: the same bits on every machine
   const CalibrationOptions options = read_options(call);
   check_call(call);

@@ -20,7 +20,6 @@
 #include "tools/check/log_checks.h"
 #include "tools/check/map_checks.h"
 #include "tools/commands.h"
-#include "tools/progress.h"
 
 namespace lodestone {
 
@@ -166,7 +165,6 @@ CheckResult check_log(const CheckCall& call) {
 }
 
 int execute(const CheckCall& call) {
-  catch_interrupts();
   const ThreadLimit limit(call.threads.value_or(0));
   const CheckResult result = check_log(call);
   std::fputs(check_text(result).c_str(), stdout);

@@ -98,7 +98,6 @@ LogPart part_of(const ConvertCall& call, Time begin, Time end) {
 }
 
 void convert(const ConvertCall& call) {
-  catch_interrupts();
   check_part(call);
   const LogFormat format = format_of(call);
   const Codec codec = codec_of(call, format);

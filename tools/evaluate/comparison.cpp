@@ -12,6 +12,7 @@
 #include "frontends/configuration/options.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "tools/progress.h"
 #include "tools/writers/covariance_file.h"
 
 namespace lodestone {
@@ -35,7 +36,10 @@ std::string span_text(const Trajectory& trajectory) {
 }
 
 Trajectory read_compared(const ComparisonCall& call, const std::string& path) {
-  return !call.times.empty() && is_kitti_file(path) ? read_kitti(path, call.times) : read_trajectory(path);
+  Trajectory trajectory =
+      !call.times.empty() && is_kitti_file(path) ? read_kitti(path, call.times) : read_trajectory(path);
+  throw_if_interrupted();
+  return trajectory;
 }
 
 PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, const Trajectory& truth) {
@@ -147,6 +151,7 @@ Comparison compare(const ComparisonCall& call) {
   result.pairs = pairs.size();
   result.similarity = *similarity;
   for (const std::string& name : call.relations.empty() ? kRelations : call.relations) {
+    throw_if_interrupted();
     RelationErrors relation = measure(name, call, pairs);
     if (!relation.errors.empty()) {
       result.relations.push_back(std::move(relation));

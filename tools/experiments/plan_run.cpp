@@ -10,7 +10,6 @@
 #include "core/error.h"
 #include "tools/commands.h"
 #include "tools/experiments/fingerprint.h"
-#include "tools/progress.h"
 #include "tools/simulate/world_queries.h"
 
 namespace lodestone::reproduce {
@@ -71,7 +70,6 @@ PlanRun::PlanRun(const Experiment& experiment, const WorkOptions& options)
       plan_(make_plan(experiment, Fingerprint().add_file(kProgram).to_string())) {
   for (Step& step : plan_.steps) step.keep = step.keep || (options.keep_fields && step.kind == StepKind::field);
   check_worlds(experiment, plan_);
-  catch_interrupts();
   store_ = std::make_unique<StepStore>(options.out, options.any_build);
   workflow_ = std::make_unique<Workflow>(plan_, *store_, work_options_);
 }

@@ -99,7 +99,6 @@ std::shared_ptr<const PlaneMapSource> planes_for_scans(const RunResults& run, co
 }
 
 void export_to_log(const ExportCall& call, const RunResults& run, const fs::path& out) {
-  catch_interrupts();
   std::unique_ptr<DeskewedScans> scans;
   if (!call.log.empty()) {
     const Platform platform = platform_for_scans(call, run);
@@ -170,6 +169,7 @@ void execute(const ExportCall& call) {
     throw InputError(fmt::format("--log: --to {} has no scans; omit --log, or use --to mcap", call.to));
   }
   const RunResults run = read_run_results(call.run, call.estimators);
+  throw_if_interrupted();
   if (is_trajectory(call)) {
     export_to_trajectory(call, run, out);
   } else {

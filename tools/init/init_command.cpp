@@ -14,7 +14,6 @@
 #include "tools/commands.h"
 #include "tools/init/platform_draft.h"
 #include "tools/messages.h"
-#include "tools/progress.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {
@@ -58,7 +57,6 @@ std::string head_of(const InitCall& call) {
 }
 
 void write_drafted_platform(const InitCall& call) {
-  catch_interrupts();
   check_init_call(call);
   const fs::path out = yaml_output(call.out);
   WarningLog warnings;

@@ -162,7 +162,6 @@ std::vector<VoxelMean> without_moving(std::vector<VoxelMean> means, const std::v
 }
 
 void map_cloud(const MapCloudCall& call) {
-  catch_interrupts();
   const ThreadLimit limit(call.threads);
   check_options(call);
   const bool at_site = call.origin_m.isZero(0.0);

@@ -192,7 +192,6 @@ Provenance provenance_of(const MapMagneticCall& call, const MagneticMapOptions& 
 }
 
 void map_magnetic(const MapMagneticCall& call) {
-  catch_interrupts();
   const ThreadLimit limit(call.threads);
   const MagneticMapOptions options = read_options(call);
   const std::filesystem::path out = yaml_output(call.out);

@@ -15,6 +15,7 @@
 #include "tools/commands.h"
 #include "tools/map/changed_places.h"
 #include "tools/map/difference_picture.h"
+#include "tools/progress.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {
@@ -134,11 +135,15 @@ void map_diff(const MapDiffCall& call) {
     throw InputError(fmt::format("--level: expected a probability between 0 and 1, found {}", call.level));
   }
   const MagneticMap first = read_magnetic_map(call.first);
+  throw_if_interrupted();
   const MagneticMap second = read_magnetic_map(call.second);
+  throw_if_interrupted();
   const MagneticDifference difference = compare_maps(first, second);
+  throw_if_interrupted();
   if (difference.nodes == 0) refuse_disjoint(call, first, second);
   const DifferenceSignificance significance = significance_of(difference);
   const std::vector<ChangedPlace> places = changed_places(difference, significance, call.threshold_ut, call.level);
+  throw_if_interrupted();  // not later: the files of a result belong together
 
   const std::filesystem::path out = made_folder(call.out);
   print_figures(call, difference, significance, places);

@@ -12,6 +12,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/plotting/pictures.h"
+#include "tools/progress.h"
 #include "tools/writers/output_folder.h"
 
 namespace lodestone {
@@ -39,6 +40,7 @@ FieldImportOptions options_of(const MapImportCall& call) {
 void map_import(const MapImportCall& call) {
   const std::filesystem::path out = yaml_output(call.out);
   const ImportedField field = import_field_table(call.table, options_of(call));
+  throw_if_interrupted();
   const FieldGrid& grid = field.map.grid();
   const std::string unit = options_detail::write_value(field.unit);
   const std::string heights = grid.heights_m.size() == 1

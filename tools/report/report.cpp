@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/markup.h"
+#include "tools/progress.h"
 #include "tools/report/page_data.h"
 #include "tools/report/page_template.h"
 #include "tools/report/reproduce_data.h"
@@ -78,6 +79,7 @@ std::size_t write_report(const std::filesystem::path& folder, const std::filesys
                     folder.string()));
   }
   const std::string text = page("Lodestone report: " + name_of(folder), data);
+  throw_if_interrupted();
   write_text_file(out, text);
   return text.size();
 }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/markup.h"
+#include "tools/progress.h"
 #include "tools/report/json_file.h"
 #include "tools/report/run_data.h"
 
@@ -103,7 +104,10 @@ Json reproduce_json(const fs::path& folder, const Json& source) {
   json["title"] = text_of(source, "title");
   json["tables"] = source["tables"];
   json["figures"] = Json::array();
-  for (const Json& figure : source["figures"]) json["figures"].push_back(figure_json(folder, figure, missing));
+  for (const Json& figure : source["figures"]) {
+    json["figures"].push_back(figure_json(folder, figure, missing));
+    throw_if_interrupted();
+  }
 
   json["all_runs"] = source["runs"].size();
   const std::vector<Json> runs = choose_one_seed(folder, source["runs"], missing);

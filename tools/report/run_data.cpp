@@ -14,6 +14,7 @@
 #include "frontends/maps/point_cloud_file.h"
 #include "tools/markup.h"
 #include "tools/plotting/method_style.h"
+#include "tools/progress.h"
 #include "tools/report/cloud_thinning.h"
 #include "tools/report/estimator_data.h"
 #include "tools/report/field_raster.h"
@@ -129,7 +130,10 @@ OverviewNotes overview_notes(const fs::path& overview, Time first_scan) {
 
 Json run_json(const fs::path& folder, const DetailLimits& limits, const Json& summary) {
   std::vector<EstimatorFiles> estimators;
-  for (const auto& [name, figures] : summary["estimators"].items()) estimators.push_back(read_estimator(folder / name));
+  for (const auto& [name, figures] : summary["estimators"].items()) {
+    estimators.push_back(read_estimator(folder / name));
+    throw_if_interrupted();
+  }
   const TimeBuckets buckets(all_stamps(estimators), limits.points_per_series);
   if (buckets.size() == 0)
     throw InputError(

@@ -268,15 +268,17 @@ void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin,
 }  // namespace
 
 int execute(const RunCall& call) {
-  catch_interrupts();
   check_call(call);
   const NewFolder refused_leaves_nothing(call.out);
   std::optional<FolderLock> lock(call.out);  // before the maps are loaded
   const ThreadLimit limit(call.threads.value_or(0));
   RunInputs inputs = load_small_files(call);
   check_log(call, inputs);
+  throw_if_interrupted();
   load_maps(call, inputs.site);
+  throw_if_interrupted();
   run_first_checks(call, inputs);
+  throw_if_interrupted();
   const std::filesystem::path out = made_folder(call.out);
   if (!lock->locked()) lock.emplace(out);  // the folder is new
   const RunIdentity identity = identify(call, inputs.site.options);
@@ -289,6 +291,7 @@ int execute(const RunCall& call) {
 
   if (is_automatic(call)) search_initial_pose(call, inputs);
   const std::optional<Bound> bound = find_bound(call, inputs);
+  throw_if_interrupted();
   std::vector<RunSummary> summaries;
   std::vector<PictureSeries> series;
   std::vector<EstimatorOutcome> outcomes;

@@ -64,7 +64,6 @@ void shift_trajectory(const ShiftCall& call, const Vector3& shift_m) {
 }
 
 void shift(const ShiftCall& call) {
-  catch_interrupts();
   const Vector3 shift_m = call.back ? call.origin_m : Vector3(-call.origin_m);
   const SeemingKind kind = seeming_kind_of_file(call.file);
   if (kind == SeemingKind::point_cloud) return shift_cloud(call);

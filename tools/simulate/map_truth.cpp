@@ -10,6 +10,7 @@
 #include "frontends/maps/magnetic_map_file.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
+#include "tools/progress.h"
 #include "tools/simulate/magnetic_field.h"
 #include "tools/simulate/world.h"
 #include "tools/writers/output_folder.h"
@@ -37,6 +38,7 @@ void map_truth(const MapTruthCall& call) {
   std::vector<Eigen::Vector4f> row_nodes(static_cast<std::size_t>(grid.columns));
   for (int layer = 0; layer < static_cast<int>(grid.heights_m.size()); ++layer) {
     for (int row = 0; row < grid.rows; ++row) {
+      throw_if_interrupted();
       parallel_for(0, grid.columns, [&](int column) {
         Eigen::Vector4f& node = row_nodes[static_cast<std::size_t>(column)];
         node = like.node(layer, row, column);

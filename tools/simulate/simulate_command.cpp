@@ -127,7 +127,6 @@ void warn_of_obstacles(const simulation::SimulationSource& source, const simulat
 
 void simulate(const SimulateOptions& options) {
   using Drive = simulation::SimulationSource::Drive;
-  catch_interrupts();
   const ThreadLimit limit(options.threads);
   std::vector<std::string> settings = options.settings;
   if (!options.reality.empty()) settings.push_back("reality.grade=" + options.reality);
