@@ -41,8 +41,8 @@ void to_lower_kernel(const KernelParameters& parameters, Eigen::MatrixXd& distan
 
 /// Adds constant and error variances to the field's kernel and factorizes. The diagonal gets a small share of the
 /// signal's variance: points much closer than the length scale make the kernel numerically singular.
-Eigen::LLT<Eigen::MatrixXd> factorize(const GaussianProcessData& data, const KernelParameters& parameters,
-                                      const Eigen::MatrixXd& kernel) {
+DenseCholesky factorize(const GaussianProcessData& data, const KernelParameters& parameters,
+                        const Eigen::MatrixXd& kernel) {
   Eigen::MatrixXd covariance = kernel.array() + parameters.mean_sigma * parameters.mean_sigma;
   const double noise = parameters.noise_sigma * parameters.noise_sigma;
   double jitter =
@@ -50,8 +50,8 @@ Eigen::LLT<Eigen::MatrixXd> factorize(const GaussianProcessData& data, const Ker
   covariance.diagonal().array() += data.variance.array() + noise;
   for (int attempt = 0; attempt < 6; ++attempt, jitter *= 100.0) {
     covariance.diagonal().array() += jitter;
-    Eigen::LLT<Eigen::MatrixXd> cholesky(covariance);
-    if (cholesky.info() == Eigen::Success) return cholesky;
+    DenseCholesky cholesky(covariance);
+    if (cholesky.is_positive_definite()) return cholesky;
   }
   throw std::invalid_argument(
       "Gaussian process: the covariance is not positive definite; check that all values are finite");
@@ -83,7 +83,7 @@ void GaussianProcess::predict(const Eigen::ArrayX3d& points, Eigen::VectorXd& me
   const double constant = parameters_.mean_sigma * parameters_.mean_sigma;
   cross.array() += constant;
   mean = (cross.transpose() * weights_).array() + parameters_.mean;
-  cholesky_.matrixL().solveInPlace(cross);
+  cholesky_.solve_lower(cross);
   const double prior = parameters_.signal_sigma * parameters_.signal_sigma + constant;
   variance = (prior - cross.colwise().squaredNorm().transpose().array()).max(0.0);
 }
@@ -95,15 +95,14 @@ double log_marginal_likelihood(const GaussianProcessData& data, const KernelPara
   const Eigen::MatrixXd distances = squared_distances(data.positions, data.positions);
   Eigen::MatrixXd kernel = distances;
   to_kernel(parameters, kernel);
-  const Eigen::LLT<Eigen::MatrixXd> cholesky = factorize(data, parameters, kernel);
+  const DenseCholesky cholesky = factorize(data, parameters, kernel);
   const Eigen::VectorXd centred = data.values.array() - parameters.mean;
   const Eigen::VectorXd weights = cholesky.solve(centred);
-  const Eigen::MatrixXd& factor = cholesky.matrixLLT();
-  const double value = -0.5 * centred.dot(weights) - factor.diagonal().array().log().sum() -
+  const double value = -0.5 * centred.dot(weights) - 0.5 * cholesky.log_determinant() -
                        0.5 * static_cast<double>(size) * std::log(2.0 * std::numbers::pi);
   if (gradient) {
     // ½ tr((α αᵀ − K⁻¹) ∂K/∂θ); the derivatives by the logarithms are 2 K_f, K_f |d|²/l² and 2 σ_n² I.
-    Eigen::MatrixXd inner = -cholesky.solve(Eigen::MatrixXd::Identity(size, size));
+    Eigen::MatrixXd inner = -cholesky.inverse();
     inner.noalias() += weights * weights.transpose();
     const double scale = parameters.length_scale_m * parameters.length_scale_m;
     kernel.array() *= inner.array();

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
+
+#include "core/mapping/dense_cholesky.h"
 
 namespace lodestone {
 
@@ -38,7 +39,7 @@ class GaussianProcess {
  private:
   Eigen::ArrayX3d positions_;
   KernelParameters parameters_;
-  Eigen::LLT<Eigen::MatrixXd> cholesky_;
+  DenseCholesky cholesky_;
   Eigen::VectorXd weights_;  ///< K⁻¹ (y − mean)
   double squared_mahalanobis_ = 0.0;
 };
