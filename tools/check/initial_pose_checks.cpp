@@ -34,18 +34,34 @@ constexpr double moving_tilt_deg = 6.0;  // driving off; 2.5 m/s within the inte
 constexpr double floor_tilt_deg = 2.0;
 constexpr double gravity_span_s = 5.0;  // if the robot does not rest at the begin
 constexpr double rest_within_s = 2.0;
+constexpr double rest_motion_m = 0.02;  // odometry at rest; 2.5 degrees of acceleration move half a second by 0.05 m
 
 struct Up {
   Vector3 direction;  ///< imu frame
   bool at_rest = false;
 };
 
+/// Whether the scans observe standstill throughout the span. The IMU alone does not distinguish rest from steady
+/// acceleration.
+bool scans_rest(const ScanOdometry& odometry, const RestSpan& span) {
+  if (odometry.first_degenerate && *odometry.first_degenerate <= span.end) return false;
+  const StampedPose* first = nullptr;
+  int scans = 0;
+  for (const StampedPose& pose : odometry.poses) {
+    if (pose.time < span.begin || pose.time > span.end) continue;
+    if (first == nullptr) first = &pose;
+    if ((pose.pose.position - first->pose.position).norm() > rest_motion_m) return false;
+    ++scans;
+  }
+  return scans > 1;
+}
+
 /// The direction opposite to gravity at the first sample.
-Up up_at_begin(const LogSample& sample) {
+Up up_at_begin(const LogSample& sample, const ScanOdometry& odometry) {
   const Time begin = sample.imu.front().time;
   const std::optional<RestSpan> rest = calmest_span(sample.imu);
   if (rest && rest->at_rest && to_seconds(rest->begin - begin) < rest_within_s)
-    return {rest->linear_acceleration.normalized(), true};
+    return {rest->linear_acceleration.normalized(), scans_rest(odometry, *rest)};
   std::size_t count = 0;
   while (count < sample.imu.size() && to_seconds(sample.imu[count].time - begin) < gravity_span_s) ++count;
   return {mean_up(std::span(sample.imu).first(count)), false};
@@ -180,7 +196,7 @@ class InitialPoseCheck {
 
   void check_level(const Pose& T_map_imu) {
     if (inputs_.sample.imu.empty()) return;
-    const Up up = up_at_begin(inputs_.sample);
+    const Up up = up_at_begin(inputs_.sample, inputs_.odometry);
     const double tilt = tilt_between_deg(T_map_imu.rotation * up.direction, Vector3::UnitZ());
     if (tilt > 90.0) {
       add(Severity::error, "imu.upside_down", fmt::format("gravity points up ({:.0f} deg from the map's -z)", tilt),
@@ -207,7 +223,7 @@ Findings check_initial_pose(const InitialPoseInputs& inputs) {
 
 Findings check_floor(const LogSample& sample, const Platform& platform, const ScanOdometry& odometry) {
   if (sample.imu.empty() || odometry.first_scan.empty()) return {};
-  const Vector3 up = up_at_begin(sample).direction;
+  const Vector3 up = up_at_begin(sample, odometry).direction;
   const Quaternion& R_imu_lidar = platform.suite.lidar.T_imu_lidar.rotation;
   struct Floor {
     int points = 0;

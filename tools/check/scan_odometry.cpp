@@ -180,12 +180,13 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
     std::vector<Eigen::Vector3f> points = deskew_to_middle(scan, twist);
     double share_before = agreement(points, predicted_pose, map.planes()).share;
     if (followed > 1) share_before = std::max(share_before, share_of_last);
-    Pose pose = predicted_pose;
+    TrackedScan tracked;
     for (int round = 0; round < rounds; ++round) {
       if (round > 0) points = deskew_to_middle(scan, twist);
-      pose = track_scan(points, predicted_pose, sigmas, map.planes(), own);
-      twist = twist_between(before.pose, pose, step_s);
+      tracked = track_scan(points, predicted_pose, sigmas, map.planes(), own);
+      twist = twist_between(before.pose, tracked.pose, step_s);
     }
+    const Pose& pose = tracked.pose;
     const double share = agreement(points, pose, map.planes()).share;
     const bool leaps = (twist.turn_rad_s - predicted.turn_rad_s).norm() > largest_turn_step_rad_s ||
                        (twist.velocity_m_s - predicted.velocity_m_s).norm() > largest_velocity_step_m_s;
@@ -194,6 +195,7 @@ ScanOdometry follow_scans(std::span<const LidarScan> scans, const LidarModel& li
       result.lost = true;
       break;
     }
+    if (tracked.is_degenerate && !result.first_degenerate) result.first_degenerate = time;
     ++followed;
     share_of_last = share;
     result.poses.push_back({time, pose});

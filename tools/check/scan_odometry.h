@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,7 @@ struct ScanOdometry {
   /// first scan.
   Trajectory poses;
   std::vector<Eigen::Vector3f> first_scan;  ///< lidar frame, metres
+  std::optional<Time> first_degenerate;     ///< the first scan that does not observe each direction of motion
   bool lost = false;                        ///< odometry was lost; the poses end before the last scan
 };
 

@@ -46,24 +46,27 @@ Matrix3 constrain_degenerate(const Matrix6& seen, const Matrix6& prior) {
 
 }  // namespace
 
-Pose track_scan(std::span<const Eigen::Vector3f> points, const Pose& predicted, const PredictionSigmas& sigmas,
-                const PlaneMap& map, const LidarModel& lidar) {
-  Pose pose = predicted;
+TrackedScan track_scan(std::span<const Eigen::Vector3f> points, const Pose& predicted, const PredictionSigmas& sigmas,
+                       const PlaneMap& map, const LidarModel& lidar) {
+  TrackedScan tracked{predicted};
+  Pose& pose = tracked.pose;
   for (const TrackingRound& round : tracking_rounds) {
     const Matrix6 gate = information_of(round.sigma_rad, round.sigma_m).inverse();
     for (int i = 0; i < round.iterations; ++i) {
       const CondensedCost cost = condense(associate(points, pose, gate, map, lidar, AssociationOptions{}), pose);
       const Matrix6 seen = cost.hessian(pose);
       Matrix6 prior = information_of(sigmas.sigma_rad, sigmas.sigma_m);
-      prior.bottomRightCorner<3, 3>() += constrain_degenerate(seen, prior);
+      const Matrix3 constraint = constrain_degenerate(seen, prior);
+      tracked.is_degenerate = !constraint.isZero();
+      prior.bottomRightCorner<3, 3>() += constraint;
       const Vector6 gradient = cost.gradient(pose) + prior * pose.boxminus(predicted);
       const Vector6 step = -(seen + prior).ldlt().solve(gradient);
-      if (!step.allFinite()) return pose;
+      if (!step.allFinite()) return tracked;
       pose = pose.boxplus(step);
       if (step.tail<3>().norm() < converged_m && step.head<3>().norm() < converged_rad) break;
     }
   }
-  return pose;
+  return tracked;
 }
 
 }  // namespace lodestone

@@ -75,6 +75,11 @@ TEST_P(ScanOdometryIn, FollowsTheTurnsToTheEndAndInTime) {
 
 INSTANTIATE_TEST_SUITE_P(Worlds, ScanOdometryIn, ::testing::Values("tunnel", "warehouse", "seaport"));
 
+TEST(ScanOdometry, StatesThatATunnelHasADegenerateDirection) {
+  const Drive drive = drive_through("tunnel", 2.0);
+  EXPECT_TRUE(follow_scans(drive.scans, drive.lidar).first_degenerate.has_value());
+}
+
 /// Three seconds without a scan: the following motion is tracked separately.
 TEST(ScanOdometry, StartsAnewAfterAnOutage) {
   Drive drive = drive_through("warehouse", 10.0);
