@@ -17,7 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMostlyHidden = 0.5;
 constexpr std::array<const char*, 12> kParameters{"hard_iron_x_ut", "hard_iron_y_ut", "hard_iron_z_ut", "scale_x",
                                                   "scale_y",        "scale_z",        "shear_xy",       "shear_xz",
                                                   "shear_yz",       "turn_x_rad",     "turn_y_rad",     "turn_z_rad"};
@@ -32,10 +31,9 @@ Json rows_of(const Matrix3& matrix) {
   return rows;
 }
 
-/// "-12.31 ± 0.12"; in brackets if held at the prior.
-std::string with_sigma(double value, double sigma, bool held, int digits) {
-  const std::string text = fmt::format("{:.{}f} ± {:.{}f}", value, digits, sigma, digits);
-  return held ? "(" + text + ")" : text;
+/// "-12.31 ± 0.12"
+std::string with_sigma(double value, double sigma, int digits) {
+  return fmt::format("{:.{}f} ± {:.{}f}", value, digits, sigma, digits);
 }
 
 /// A line about a held combination without its sigma: the sigma of a combination differs from those in the tables, and
@@ -52,32 +50,52 @@ std::string residual_table(const Platform& platform, const MagnetometerCalibrati
     std::vector<std::string> cells{platform.suite.magnetometers[j].name, std::to_string(one.readings)};
     if (one.readings > 0) {
       cells.insert(cells.end(), {fixed(one.before_ut, 2), fixed(one.after_ut, 2)});
-      for (int i = 0; i < 3; ++i)
-        cells.push_back(with_sigma(one.usual_error_ut[i], one.usual_error_sigma_ut[i], false, 2));
+      for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(one.usual_error_ut[i], one.usual_error_sigma_ut[i], 2));
     }
     table.add(cells);
   }
   return table.to_string();
 }
 
-std::string parameter_table(const Platform& platform, const MagnetometerCalibrationResult& result) {
+std::string parameter_table(const Platform& platform, const MagnetometerCalibrationResult& result,
+                            const ShownChanges& changes) {
   Table table({"magnetometer", "hard iron: x, uT", "y, uT", "z, uT", "scale: x, %", "y, %", "z, %", "turn: x, deg",
                "y, deg", "z, deg"});
   for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
-    const CalibratedMagnetometer& one = result.magnetometers[j];
-    if (one.readings == 0) continue;
-    const auto held = [&one](int parameter) { return one.hidden_share[parameter] >= kMostlyHidden; };
-    const Distortion distortion = distortion_of(one.calibration.distortion);
-    const Vector3 turn = degrees_per_radian * misalignment_of(one.calibration.distortion);
+    if (result.magnetometers[j].readings == 0) continue;
+    const TestedChanges& tested = changes.tested[j];
     std::vector<std::string> cells{platform.suite.magnetometers[j].name};
-    for (int i = 0; i < 3; ++i) cells.push_back(with_sigma(one.calibration.hard_iron_ut[i], one.sigma[i], held(i), 2));
-    for (int i = 0; i < 3; ++i)
-      cells.push_back(with_sigma(100.0 * distortion[i], 100.0 * one.sigma[3 + i], held(3 + i), 1));
-    for (int i = 0; i < 3; ++i)
-      cells.push_back(with_sigma(turn[i], degrees_per_radian * one.sigma[9 + i], held(9 + i), 1));
+    const auto add = [&](int first, double unit, int digits) {
+      for (int i = first; i < first + 3; ++i) {
+        const std::string text = with_sigma(unit * tested.change[i], unit * tested.sigma[i], digits);
+        cells.push_back(changes.taken[j][static_cast<std::size_t>(i)] ? text : "(" + text + ")");
+      }
+    };
+    add(0, 1.0, 2);
+    add(3, 100.0, 1);
+    add(9, degrees_per_radian, 1);
     table.add(cells);
   }
   return table.to_string();
+}
+
+/// A line about the hard iron if this log determines it less accurately than the platform file states; otherwise empty.
+std::string undetermined_hard_iron(const Platform& platform, const MagnetometerCalibrationResult& result) {
+  const double given_ut = platform.suite.calibration.magnetometers.offset_sigma_ut;
+  std::string axes;
+  double largest_ut = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    double sigma_ut = 0.0;
+    for (const CalibratedMagnetometer& one : result.magnetometers) sigma_ut = std::max(sigma_ut, one.sigma[i]);
+    if (sigma_ut <= given_ut) continue;
+    axes += std::string(axes.empty() ? "" : ", ") + "xyz"[i];
+    largest_ut = std::max(largest_ut, sigma_ut);
+  }
+  if (axes.empty()) return {};
+  return fmt::format(
+      "this log does not determine hard iron {}: sigma up to {:.1f} uT, above {:g} uT of "
+      "magnetometer_calibration.offset_sigma_ut; turn the robot about all axes, far from steel\n",
+      axes, largest_ut, given_ut);
 }
 
 MagnetometerCalibration given_of(const MagnetometerMessageLayout& layout) {
@@ -121,13 +139,15 @@ std::string calibration_text(const Platform& platform, const MagnetometerCalibra
       "\nresiduals against the reference (rms per component); beside the usual field: the error at the log's mean "
       "field\n" +
       residual_table(platform, result);
-  text += "\nparameters against the given platform file; in brackets: held at the prior\n" +
-          parameter_table(platform, result);
+  text += "\nchanges of the given platform file; in brackets: below two standard deviations, not made\n" +
+          parameter_table(platform, result, changes);
   text += field_change_text(result.field_change);
-  if (!result.held.empty()) text += "\n";
-  for (const std::string& line : result.held) text += without_sigma(line) + "\n";
   const std::string left = left_as_given(changes, platform.suite.magnetometers, result);
   if (!left.empty()) text += "\nnot changed, because the change is below two standard deviations: " + left + "\n";
+  const std::string hard_iron = undetermined_hard_iron(platform, result);
+  if (!result.held.empty() || !hard_iron.empty()) text += "\n";
+  for (const std::string& line : result.held) text += without_sigma(line) + "\n";
+  text += hard_iron;
   return text;
 }
 
@@ -157,7 +177,6 @@ std::string calibration_json(const CalibrationSources& sources, const Platform& 
   for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
     const CalibratedMagnetometer& one = result.magnetometers[j];
     const MagnetometerMessageLayout& layout = platform.magnetometers[j];
-    const Distortion distortion = distortion_of(one.calibration.distortion);
     Json entry{{"name", platform.suite.magnetometers[j].name},
                {"readings", one.readings},
                {"hard_iron_ut", to_json(layout.hard_iron_ut)},
@@ -170,9 +189,8 @@ std::string calibration_json(const CalibrationSources& sources, const Platform& 
                {"beside_usual_field_sigma_ut", to_json(one.usual_error_sigma_ut)}};
     Json parameters = Json::object();
     for (int i = 0; i < 12; ++i) {
-      const double value = i < 3 ? one.calibration.hard_iron_ut[i] : distortion[i - 3];
-      parameters[kParameters[static_cast<std::size_t>(i)]] = {{"change", value},
-                                                              {"sigma", one.sigma[i]},
+      parameters[kParameters[static_cast<std::size_t>(i)]] = {{"change", changes.tested[j].change[i]},
+                                                              {"sigma", changes.tested[j].sigma[i]},
                                                               {"held_share", one.hidden_share[i]},
                                                               {"taken", changes.taken[j][static_cast<std::size_t>(i)]}};
     }

@@ -28,23 +28,31 @@ void set_to_zero(Eigen::Index parameter, Eigen::VectorXd& mean, Eigen::MatrixXd&
   covariance.col(parameter).setZero();
 }
 
+struct Significance {
+  std::vector<bool> kept;  ///< of each parameter
+  Eigen::VectorXd change;  ///< as tested
+  Eigen::VectorXd sigma;   ///< as tested
+};
+
 /// Whether each parameter is significant; insignificant parameters are set to zero in `mean`.
-std::vector<bool> keep_significant(Eigen::VectorXd& mean, Eigen::MatrixXd covariance) {
+Significance keep_significant(Eigen::VectorXd& mean, Eigen::MatrixXd covariance) {
   const Eigen::VectorXd sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  std::vector<bool> kept(static_cast<std::size_t>(mean.size()), true);
+  Significance result{std::vector<bool>(static_cast<std::size_t>(mean.size()), true), mean, sigma};
   while (true) {
     Eigen::Index least = -1;
     double least_ratio = kSigmas;
     for (Eigen::Index i = 0; i < mean.size(); ++i) {
-      if (!kept[static_cast<std::size_t>(i)]) continue;
+      if (!result.kept[static_cast<std::size_t>(i)]) continue;
       const double now = std::max(std::sqrt(std::max(covariance(i, i), 0.0)), kRoundingShare * sigma[i]);
+      result.change[i] = mean[i];
+      result.sigma[i] = now;
       const double ratio = now > 0.0 ? std::abs(mean[i]) / now : 0.0;
       if (ratio >= least_ratio) continue;
       least = i;
       least_ratio = ratio;
     }
-    if (least < 0) return kept;
-    kept[static_cast<std::size_t>(least)] = false;
+    if (least < 0) return result;
+    result.kept[static_cast<std::size_t>(least)] = false;
     set_to_zero(least, mean, covariance);
   }
 }
@@ -57,6 +65,7 @@ ShownChanges shown_changes(const MagnetometerCalibrationResult& result) {
   for (std::size_t j = 0; j < result.magnetometers.size(); ++j) {
     changes.calibrations.emplace_back();
     changes.taken.emplace_back().fill(false);
+    changes.tested.emplace_back();
     if (result.magnetometers[j].readings > 0) active.push_back(j);
   }
   Eigen::VectorXd mean(kPerMagnetometer * static_cast<Eigen::Index>(active.size()));
@@ -65,11 +74,13 @@ ShownChanges shown_changes(const MagnetometerCalibrationResult& result) {
     mean.segment<kPerMagnetometer>(kPerMagnetometer * static_cast<Eigen::Index>(i)) << found.hard_iron_ut,
         distortion_of(found.distortion);
   }
-  const std::vector<bool> kept = keep_significant(mean, result.covariance);
+  const Significance found = keep_significant(mean, result.covariance);
   for (std::size_t i = 0; i < active.size(); ++i) {
     const auto row = kPerMagnetometer * static_cast<Eigen::Index>(i);
     changes.calibrations[active[i]] = {mean.segment<3>(row), distortion_matrix(mean.segment<9>(row + 3))};
-    std::copy_n(kept.begin() + row, kPerMagnetometer, changes.taken[active[i]].begin());
+    std::copy_n(found.kept.begin() + row, kPerMagnetometer, changes.taken[active[i]].begin());
+    changes.tested[active[i]] = {found.change.segment<kPerMagnetometer>(row),
+                                 found.sigma.segment<kPerMagnetometer>(row)};
   }
   return changes;
 }

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,6 +19,7 @@ namespace lodestone {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::SimulatedArray;
 
 /// A log of CSV files of an array that was turned by hand, and its platform file.
@@ -89,6 +91,11 @@ TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
   EXPECT_GT(json["magnetometers"][0]["residual_before_ut"], 5.0);
   EXPECT_LT(json["magnetometers"][0]["residual_after_ut"], 1.0);
   EXPECT_EQ(json["magnetometers"][1]["parameters"].size(), 12U);
+  // What is printed is what is written.
+  EXPECT_EQ(json["magnetometers"][0]["parameters"]["hard_iron_x_ut"]["change"],
+            calibrated.magnetometers[0].hard_iron_ut.x());
+  EXPECT_THAT(first.output, HasSubstr(fmt::format(" {:.2f} ± ", calibrated.magnetometers[0].hard_iron_ut.x())));
+  EXPECT_THAT(first.output, Not(HasSubstr("does not determine hard iron")));
 
   // The reader applies the calibration: a second calibration of the same log starts from the result of the first.
   const std::filesystem::path again = folder_ / "again" / "platform.yaml";
@@ -101,6 +108,17 @@ TEST_F(CalibrateCommand, WritesAPlatformThatNeedsNoFurtherCalibration) {
   for (std::size_t j = 0; j < 2; ++j) {
     EXPECT_LT((twice.magnetometers[j].hard_iron_ut - calibrated.magnetometers[j].hard_iron_ut).norm(), 0.1);
   }
+}
+
+TEST_F(CalibrateCommand, NamesTheHardIronThatALogDeterminesLessAccuratelyThanThePlatformFileStates) {
+  array_.motion = [](double t) { return Pose{Quaternion::Identity(), Vector3(0.2 * t, 0.0, 0.0)}; };
+  array_.imu.clear();
+  array_.samples.clear();
+  array_.run();
+  write_log();
+  const ProgramResult result = run_lodestone(call("--set max_moments=100"));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_THAT(result.output, HasSubstr("this log does not determine hard iron x, y, z: sigma up to "));
 }
 
 TEST_F(CalibrateCommand, TheSameLogGivesTheSameBytes) {

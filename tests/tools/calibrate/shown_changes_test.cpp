@@ -59,6 +59,26 @@ TEST(ShownChanges, ASumThatIsKnownIsKeptWholeWhereItsPartsAreNot) {
   EXPECT_TRUE((kept.hard_iron_ut.x() == 0.0) != (kept.distortion(0, 0) == 1.0)) << "one of the two says it all";
 }
 
+TEST(ShownChanges, AChangeIsReportedAsItIsWrittenWithTheSigmaThatIsTested) {
+  // The sum of two offsets is known to 0.1 µT, each of them to 7 µT.
+  MagnetometerCalibrationResult result = known();
+  constexpr double kVariance_ut2 = 49.0, kSumVariance_ut2 = 0.01;
+  result.covariance.topLeftCorner<2, 2>() << kVariance_ut2, 0.5 * kSumVariance_ut2 - kVariance_ut2,
+      0.5 * kSumVariance_ut2 - kVariance_ut2, kVariance_ut2;
+  result.magnetometers[0].calibration.hard_iron_ut = {-2.9, 0.5, 0.0};
+  const ShownChanges changes = shown_changes(result);
+  const TestedChanges& tested = changes.tested[0];
+  ASSERT_TRUE(changes.taken[0][0] && !changes.taken[0][1]);
+  EXPECT_EQ(tested.change[0], changes.calibrations[0].hard_iron_ut.x());
+  EXPECT_NEAR(tested.change[0], -2.4, 1e-3);  // the whole sum
+  EXPECT_NEAR(tested.sigma[0], 0.1, 1e-3);
+  EXPECT_EQ(tested.change[1], 0.5);
+  EXPECT_NEAR(tested.sigma[1], 7.0, 1e-9);
+  for (int i = 0; i < 12; ++i) {
+    EXPECT_EQ(std::abs(tested.change[i]) >= 2.0 * tested.sigma[i], changes.taken[0][static_cast<std::size_t>(i)]) << i;
+  }
+}
+
 TEST(ShownChanges, AMagnetometerWithoutReadingsIsLeftOut) {
   MagnetometerCalibrationResult result = known();
   result.magnetometers.insert(result.magnetometers.begin(), CalibratedMagnetometer{});
