@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <ctime>
@@ -18,6 +19,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "frontends/configuration/number_text.h"
+#include "frontends/configuration/options.h"
 #include "tools/commands.h"
 #include "tools/messages.h"
 #include "tools/progress.h"
@@ -43,6 +45,43 @@ NamedCommand named_command(const CLI::App& app) {
   return command;
 }
 
+/// The value that an option expects: "a number", "3 numbers".
+std::string expected_value(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  const bool is_whole = type.starts_with("INT") || type.starts_with("UINT");
+  const bool is_number = is_whole || type.starts_with("FLOAT");
+  if (const int count = option.get_expected_min(); count > 1) {
+    return std::to_string(count) + (is_number ? " numbers" : " values");
+  }
+  return is_whole ? "a whole number" : is_number ? "a number" : "one value";
+}
+
+/// One line about an option's value: what was expected and what was found.
+std::string value_error(const CLI::App& command, const CLI::Error& error) {
+  const std::string text = error.what();
+  const auto options = command.get_options();
+  const auto found = std::find_if(options.begin(), options.end(), [&text](const CLI::Option* option) {
+    const std::string name = option->get_name();
+    return text.starts_with(name + ": ") || text.starts_with("Could not convert: " + name + " = ");
+  });
+  if (found == options.end()) return text;
+  const std::string prefix = (*found)->get_name() + ": ";
+  const std::vector<std::string>& values = (*found)->results();
+  if (error.get_name() == "ConversionError") {
+    return fmt::format("{}expected {}, found '{}'", prefix, expected_value(**found), fmt::join(values, ","));
+  }
+  if (error.get_name() == "ArgumentMismatch") {
+    return prefix + "expected " + expected_value(**found) + ", found " +
+           (values.empty() ? "none" : fmt::format("{}: {}", values.size(), join_names(values)));
+  }
+  const std::string between = " not in {";  // of CLI::IsMember
+  const std::size_t names = text.rfind(between);
+  if (names == std::string::npos || !text.ends_with('}')) return text;
+  const std::size_t begin = names + between.size();
+  return prefix + options_detail::unknown_name(text.substr(prefix.size(), names - prefix.size()),
+                                               CLI::detail::split(text.substr(begin, text.size() - 1 - begin), ','));
+}
+
 /// One line about an error in the command line. CLI11 first reports missing options, which are often misspelt ones.
 std::string call_error(const CLI::App& app, const CLI::Error& error) {
   const NamedCommand command = named_command(app);
@@ -61,11 +100,18 @@ std::string call_error(const CLI::App& app, const CLI::Error& error) {
     if (double number = 0.0; commands.empty() && parse_number(word, number)) {
       return "unexpected number '" + word + "'; put a pose in quotes" + help;
     }
-    if (commands.empty() || name.starts_with('-')) continue;
+    if (name.starts_with('-')) continue;
+    if (commands.empty()) {
+      std::string arguments;
+      for (const CLI::Option* option : command.app->get_options()) {
+        if (option->get_positional()) arguments += " " + option->get_name(true);
+      }
+      return "unexpected argument '" + word + "'; expected only" + (arguments.empty() ? " options" : arguments) + help;
+    }
     return "there is no command '" + name + "'" + (command.app == &app ? "" : " of " + command.name) +
            suggestion(name, commands) + " (known: " + join_names(commands) + ")";
   }
-  return error.what() + help;
+  return value_error(*command.app, error) + help;
 }
 
 /// A long log in a thousand parts requires one or two file descriptors per part; most shells limit a process to 1024.

@@ -25,6 +25,23 @@ TEST(Program, AMissingOptionSendsToTheHelpOfItsOwnCommand) {
   expect_refused("map", "(see lodestone map --help)");
 }
 
+TEST(Program, AWrongValueStatesWhatIsExpected) {
+  expect_refused("check a.bag --seconds abc", "--seconds: expected a number, found 'abc' (see lodestone check --help)");
+  expect_refused("convert a.bag --out b.bag --from abc", "--from: expected a number, found 'abc'");
+  expect_refused("simulate a.yaml --out a --seed 1.5", "--seed: expected a whole number, found '1.5'");
+  expect_refused("check a.bag --origin 1,2", "--origin: expected 3 numbers, found 2: 1, 2 (see");
+  expect_refused("check a.bag --origin 1,2,x", "--origin: expected 3 numbers, found '1,2,x' (see");
+  expect_refused("check a.bag --seconds", "--seconds: expected a number, found none (see");
+  expect_refused("check a.bag --out b --out c", "--out: expected one value, found 2: b, c (see");
+  expect_refused("run a.bag --refine bach",
+                 "--refine: expected one of none, batch, found 'bach'; did you mean 'batch'? (see");
+}
+
+TEST(Program, AnArgumentTooManyIsNamed) {
+  expect_refused("check a.bag b.bag", "unexpected argument 'b.bag'; expected only LOG (see lodestone check --help)");
+  expect_refused("evaluate a.tum b.tum c.tum", "unexpected argument 'c.tum'; expected only ESTIMATE TRUTH (see");
+}
+
 TEST(Program, AnUnknownCommandIsNamedAtEveryDepth) {
   expect_refused("rnu a.bag", "there is no command 'rnu'; did you mean 'run'? (known: simulate, ");
   expect_refused("map truht a.yaml", "there is no command 'truht' of lodestone map; did you mean 'truth'? (known: ");
