@@ -195,6 +195,12 @@ void read_wheels(const ConfigurationNode& node, Platform& platform) {
   read_calibration_sigmas(node, "calibration", platform.suite.calibration.wheels);
 }
 
+/// From the Moon's to that of the largest planet; other values have another unit.
+void read_gravity(const ConfigurationNode& node, double& gravity_m_s2) {
+  read_value(node, gravity_m_s2);
+  if (!(gravity_m_s2 >= 1.5 && gravity_m_s2 <= 25.0)) node.fail("expected 1.5 to 25 m/s2; on earth, about 9.81");
+}
+
 Platform read_platform(const ConfigurationNode& root, const SensorChoice& required) {
   root.refuse_keys_other_than({"name", "gravity_m_s2", "lidar", "further_lidars", "imu", "magnetometer_clock_offset_s",
                                "magnetometer_calibration", "magnetometers", "wheels", "guesses"});
@@ -210,7 +216,7 @@ Platform read_platform(const ConfigurationNode& root, const SensorChoice& requir
     for (const ConfigurationNode& node : further->elements()) read_further_lidar(node, platform);
   }
   if (required.imu || root.find("imu") != nullptr) read_imu(root.at("imu"), platform);
-  if (required.imu || root.has("gravity_m_s2")) read_positive(root, "gravity_m_s2", platform.suite.gravity_m_s2);
+  if (required.imu || root.has("gravity_m_s2")) read_gravity(root.at("gravity_m_s2"), platform.suite.gravity_m_s2);
   read_clock_offset(root, "magnetometer_clock_offset_s", platform.magnetometer_clock_offset_s);
   read_calibration_sigmas(root, "magnetometer_calibration", platform.suite.calibration.magnetometers);
   if (const ConfigurationNode* magnetometers = root.find("magnetometers")) {

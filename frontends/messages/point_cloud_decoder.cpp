@@ -147,10 +147,11 @@ void PointCloudDecoder::fail_unit(const PointCloudMessage& message, double span_
   const auto fitting = livox_ ? std::nullopt : fitting_time_unit(span, period_ns_);
   std::string change = livox_ ? keys_ + ".scan_period_s" : fmt::format("{0}.time_unit or {0}.fields.time", keys_);
   if (fitting) change = fmt::format("{}.time_unit: {}", keys_, options_detail::write_value(*fitting));
-  fail(message,
-       fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s; set {} in {}{}",
-                   time_.name, span_s, to_seconds(period_ns_), change, platform_file_,
-                   span_s == 0.0 ? deskewed_hint() : ""));
+  if (!livox_ && span_s > 0.01 && span_s < 1.0) change = fmt::format("{}.scan_period_s, or {},", keys_, change);
+  fail(message, fmt::format("the points' times ('{}') span {:.3g} s; expected about the scan's period of {:g} s "
+                            "({}.scan_period_s); set {} in {}{}",
+                            time_.name, span_s, to_seconds(period_ns_), keys_, change, platform_file_,
+                            span_s == 0.0 ? deskewed_hint() : ""));
 }
 
 /// A further remedy if all points have the same time.

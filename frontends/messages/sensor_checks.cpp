@@ -32,9 +32,10 @@ void check_acceleration(const std::string& source, const Platform& platform, con
   if (readings.finite_count == 0) return;
   const double gravity = platform.suite.gravity_m_s2;
   const double mean = readings.mean_magnitude();
-  const std::string found =
-      fmt::format("{}: {}: the acceleration's mean magnitude is {:.3g} m/s2; expected about {:.4g}", source,
-                  platform.imu.topic, mean, gravity);
+  const std::string found = fmt::format(
+      "{}: {}: the acceleration's mean magnitude is {:.3g} m/s2; expected the specific force including "
+      "gravity, about {:.4g} (gravity_m_s2)",
+      source, platform.imu.topic, mean, gravity);
   const bool read_as_g = platform.imu.acceleration_unit == AccelerationUnit::standard_gravity;
   const auto fitting = fitting_acceleration_unit(mean, gravity);
   if (!read_as_g && fitting == AccelerationUnit::standard_gravity) {
@@ -44,8 +45,8 @@ void check_acceleration(const std::string& source, const Platform& platform, con
     throw InputError(found + "; the IMU is in m/s2: set imu.acceleration_unit: m/s2 in " + platform.file_name());
   }
   if (mean < 0.5 * gravity || mean > 2.0 * gravity) {
-    throw InputError(found + "; expected the specific force including gravity, in the unit that " +
-                     platform.file_name() + " names as imu.acceleration_unit");
+    throw InputError(found + "; check imu.acceleration_unit and gravity_m_s2 in " + platform.file_name() +
+                     ", and that the IMU does not subtract gravity");
   }
 }
 
@@ -61,23 +62,24 @@ void check_field(const std::string& source, const Platform& platform, std::size_
   const double as_written = mean_ut / microtesla_per(layout.unit);
   const std::string unit_name = options_detail::write_value(layout.unit);
   const std::string fitting = fitting_field_unit(as_written);
+  const std::string in_microtesla = fmt::format("{:.4g} microtesla", mean_ut);
+  const std::string found = layout.unit == FieldUnit::microtesla
+                                ? in_microtesla
+                                : fmt::format("{:.4g} {}, {}", as_written, unit_name, in_microtesla);
   const std::string change =
       fitting.empty() || fitting == unit_name
           ? fmt::format("check the unit of magnetometers[{}]", magnetometer)
           : fmt::format("it looks like {0}: set magnetometers[{1}].unit: {0}", fitting, magnetometer);
   if (mean_ut < smallest_ut || mean_ut > largest_ut) {
-    throw InputError(fmt::format(
-        "{}: {}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; expected {:g} to {:g} microtesla; {} in "
-        "{}",
-        source, layout.topic, as_written, unit_name, mean_ut, smallest_ut, largest_ut, change, platform.file_name()));
+    throw InputError(fmt::format("{}: {}: the field's mean magnitude is {}; expected {:g} to {:g} microtesla; {} in {}",
+                                 source, layout.topic, found, smallest_ut, largest_ut, change, platform.file_name()));
   }
   // Steel and hard iron change the field, but hardly beyond these limits.
   if (warnings == nullptr || (mean_ut > usual_low_ut && mean_ut < usual_high_ut)) return;
-  warnings->add(
-      "magnetometer.magnitude",
-      fmt::format("{}: the field's mean magnitude is {:.4g} {}, {:.4g} microtesla; usual are 20 to 70; if so, {} in {}",
-                  layout.topic, as_written, unit_name, mean_ut, change, platform.file_name()),
-      readings.first_stamp);
+  warnings->add("magnetometer.magnitude",
+                fmt::format("{}: the field's mean magnitude is {}; usual are 20 to 70; if so, {} in {}", layout.topic,
+                            found, change, platform.file_name()),
+                readings.first_stamp);
 }
 
 void check_clock(const std::string& source, const std::string& topic, Time first_stamp,

@@ -361,6 +361,14 @@ TEST(PlatformFile, LidarAndImuMayBeMissingIfTheyAreNotRequired) {
               HasSubstr("the key 'imu' is missing"));
 }
 
+TEST(PlatformFile, GravityOfAnotherUnitIsRefused) {
+  for (const char* wrong : {"9807", "1.0", "-9.81", ".nan"}) {
+    EXPECT_THAT(error_with("gravity_m_s2: 9.80665", std::string("gravity_m_s2: ") + wrong),
+                HasSubstr("gravity_m_s2: expected 1.5 to 25 m/s2"))
+        << wrong;
+  }
+}
+
 TEST(PlatformFile, NamesFileLineAndKeyOfAMistake) {
   EXPECT_THAT(error_with("max_range_m:", "max_rnge_m:"), HasSubstr("did you mean 'max_range_m'"));
   EXPECT_THAT(error_with("max_range_m: 100.0", "max_range_m: far"), HasSubstr("lidar.max_range_m: expected a number"));

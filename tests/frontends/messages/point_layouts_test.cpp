@@ -197,8 +197,9 @@ TEST(PointLayouts, TheWordSaysWhatIsTakenAndHowToSayItOtherwise) {
                     HasSubstr("lidar.fields.time, time_unit, time_zero and stamp in robot.yaml")));
 }
 
-std::string layout_error(const CloudLayout& cloud, const LidarMessageLayout& layout) {
-  const Platform platform = platform_of(layout);
+std::string layout_error(const CloudLayout& cloud, const LidarMessageLayout& layout, double period_s = 0.1) {
+  Platform platform = platform_of(layout);
+  platform.suite.lidar.scan_period_s = period_s;
   return message_of<InputError>([&] {
     WarningLog warnings;
     PointCloudDecoder decoder("log.bag", platform, warnings);
@@ -226,6 +227,10 @@ TEST(PointLayouts, WhatFitsNoReadingIsOneLine) {
   wrong.time_unit = us;
   EXPECT_THAT(layout_error({"t", Field::uint32, ns}, wrong),
               AllOf(HasSubstr("span 99"), HasSubstr("set lidar.time_unit: ns in robot.yaml")));
+  // A usual scan, but another period in the platform file.
+  EXPECT_THAT(layout_error({"t", Field::uint32, ns}, stated_layout({"t", Field::uint32, ns}), 100.0),
+              AllOf(HasSubstr("expected about the scan's period of 100 s (lidar.scan_period_s)"),
+                    HasSubstr("set lidar.scan_period_s, or lidar.time_unit: us, in robot.yaml")));
   // No field has the name of a time.
   EXPECT_THAT(layout_error({"range", Field::uint32, ns}, inferred_layout(std::nullopt)),
               AllOf(HasSubstr("no field has the name of a time; the message has x, y, z, intensity, ring, range"),

@@ -19,6 +19,7 @@ using ::lodestone::testing::read_all;
 using ::lodestone::testing::SyntheticLog;
 using ::lodestone::testing::TemporaryFolder;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 class BagSourceTest : public ::testing::Test {
@@ -189,7 +190,8 @@ TEST_F(BagSourceTest, AnImuInGIsRefusedUnlessThePlatformSaysSo) {
     imu.linear_acceleration = {0.0, 0.02, 0.01};
     return true;
   };
-  EXPECT_THAT(error(), HasSubstr("specific force including gravity"));
+  EXPECT_THAT(error(), HasSubstr("expected the specific force including gravity, about 9.807 (gravity_m_s2); check "
+                                 "imu.acceleration_unit and gravity_m_s2 in platform.yaml"));
 }
 
 TEST_F(BagSourceTest, AMagnetometerInMicroteslaIsRefusedUnlessThePlatformSaysSo) {
@@ -215,7 +217,8 @@ TEST_F(BagSourceTest, AFieldBeyondTheEarthsInAnyUnitIsCounted) {
 
 TEST_F(BagSourceTest, AMagnetometerInTeslaIsRefusedWhereThePlatformSaysMicrotesla) {
   change_platform = [](Platform& platform) { platform.magnetometers[1].unit = FieldUnit::microtesla; };
-  EXPECT_THAT(error(), HasSubstr("set magnetometers[1].unit: tesla in platform.yaml"));
+  EXPECT_THAT(error(), AllOf(HasSubstr("set magnetometers[1].unit: tesla in platform.yaml"),
+                             ContainsRegex("magnitude is [0-9.e-]+ microtesla; expected")));
 }
 
 TEST_F(BagSourceTest, AnImuGapIsCounted) {
