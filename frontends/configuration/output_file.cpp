@@ -16,7 +16,7 @@ OutputFile::OutputFile(std::filesystem::path path)
     : path_(std::move(path)), aside_(aside_name(path_.string())), file_(std::fopen(aside_.c_str(), "wb")) {
   if (file_ == nullptr) {
     throw InputError(
-        fmt::format("{}: cannot be written: {}; choose another --out", path_.string(), std::strerror(errno)));
+        fmt::format("{}: cannot be written: {}; choose another path", path_.string(), std::strerror(errno)));
   }
 }
 
@@ -27,7 +27,7 @@ OutputFile::~OutputFile() {
 }
 
 void OutputFile::fail(const std::string& reason) {
-  throw InputError(fmt::format("{}: cannot be written completely: {}; free disk space or choose another --out",
+  throw InputError(fmt::format("{}: cannot be written completely: {}; free disk space or choose another path",
                                path_.string(), reason));
 }
 

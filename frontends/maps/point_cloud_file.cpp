@@ -31,7 +31,13 @@ enum class Format { pcd, ply, las };
 Format format_of(const std::string& path) {
   std::error_code code;
   if (!std::filesystem::exists(path, code)) throw missing_file(path);
-  if (!std::filesystem::is_regular_file(path, code)) throw InputError(path + ": expected a PCD, PLY or LAS file");
+  if (!std::filesystem::is_regular_file(path, code)) {
+    throw InputError(path + ": expected a PCD, PLY or LAS file" +
+                     (std::filesystem::is_directory(path, code) ? ", found a folder" : ""));
+  }
+  if (std::filesystem::file_size(path, code) == 0) {
+    throw InputError(path + ": the file is empty (0 bytes); expected a PCD, PLY or LAS file; copy it again");
+  }
   std::ifstream stream(path, std::ios::binary);
   std::string line;
   while (std::getline(stream, line) && (line.size() < 4096 || line.rfind("LASF", 0) == 0)) {

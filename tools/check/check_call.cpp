@@ -20,6 +20,7 @@
 #include "tools/check/log_checks.h"
 #include "tools/check/map_checks.h"
 #include "tools/commands.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 
@@ -36,6 +37,7 @@ void check_call(const CheckCall& call) {
   if (!call.initial_pose.empty() && call.initial_pose != "auto") parse_initial_pose(call.initial_pose);
   if (call.initial_pose == "auto" && call.cloud.empty())
     throw InputError("--initial-pose auto: requires --cloud; add it");
+  if (!call.out.empty()) check_folder(std::filesystem::absolute(call.out).parent_path());
 }
 
 /// The sensors that a run with these maps reads. Without maps: all sensors of the platform file.
@@ -168,7 +170,10 @@ int execute(const CheckCall& call) {
   const ThreadLimit limit(call.threads.value_or(0));
   const CheckResult result = check_log(call);
   std::fputs(check_text(result).c_str(), stdout);
-  if (!call.out.empty()) write_check_json(call.out, result);
+  if (!call.out.empty()) {
+    make_folder_of(call.out);
+    write_check_json(call.out, result);
+  }
   const auto errors = std::count_if(result.findings.begin(), result.findings.end(),
                                     [](const Finding& one) { return one.severity == Severity::error; });
   if (errors == 0) return exit_code::done;

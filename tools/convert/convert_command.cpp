@@ -113,6 +113,7 @@ void convert(const ConvertCall& call) {
     any = true;
   }
   const LogPart part = part_of(call, begin, end);
+  make_folder_of(call.out);
   const auto writer = make_log_writer(call.out, format, codec);
   Progress progress(std::filesystem::path(call.out).filename().string(), begin, end);
   const Conversion conversion = convert_log(

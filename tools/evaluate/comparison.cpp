@@ -14,10 +14,13 @@
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/progress.h"
 #include "tools/writers/covariance_file.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 
 namespace {
+
+constexpr double kLongestInterpolation_s = 0.25;
 
 const std::vector<std::string> kRelations{"translation", "angle", "heading", "rpe", "rpe-angle"};
 
@@ -43,13 +46,15 @@ Trajectory read_compared(const ComparisonCall& call, const std::string& path) {
 }
 
 PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, const Trajectory& truth) {
-  const PosePairs pairs = call.interpolate ? associate_interpolated(estimate, truth)
-                                           : associate_nearest(estimate, truth, from_seconds(call.max_difference_s));
+  const PosePairs pairs = call.interpolate
+                              ? associate_interpolated(estimate, truth, from_seconds(kLongestInterpolation_s))
+                              : associate_nearest(estimate, truth, from_seconds(call.max_difference_s));
   if (pairs.empty()) {
-    throw InputError(
-        fmt::format("{} and {}: no stamps match: they span {} s and {} s; check that both use one clock, or "
-                    "widen --max-difference (now {} s)",
-                    call.estimate, call.truth, span_text(estimate), span_text(truth), call.max_difference_s));
+    throw InputError(fmt::format(
+        "{} and {}: no stamps match: they span {} s and {} s; check that both use one clock{}", call.estimate,
+        call.truth, span_text(estimate), span_text(truth),
+        call.interpolate ? fmt::format(", and that the ground truth has a pose every {} s", kLongestInterpolation_s)
+                         : fmt::format(", or widen --max-difference (now {} s)", call.max_difference_s)));
   }
   return pairs;
 }
@@ -106,6 +111,7 @@ void write_errors(const std::string& path, const PosePairs& pairs) {
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     text += fmt::format("{},{:.9g},{:.9g},{:.9g}\n", format_stamp(pairs[i].time), translation[i], angle[i], heading[i]);
   }
+  make_folder_of(path);
   write_text_file(path, text);
 }
 

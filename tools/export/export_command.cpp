@@ -170,6 +170,7 @@ void execute(const ExportCall& call) {
   }
   const RunResults run = read_run_results(call.run, call.estimators);
   throw_if_interrupted();
+  make_folder_of(out);
   if (is_trajectory(call)) {
     export_to_trajectory(call, run, out);
   } else {

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
+#include "frontends/configuration/file_kind.h"
 
 namespace lodestone {
 namespace {
@@ -48,6 +49,10 @@ std::vector<StatedImuNoise> read_imu_noise(const std::string& path, double rate_
   for (const std::string& key : root.keys()) {
     const ConfigurationNode& section = root.at(key);
     if (section.kind() == ConfigurationNode::Kind::map && section.has(kFirstKey)) result.push_back(imu_of(section));
+  }
+  if (result.empty() && !root.has(kFirstKey)) {
+    throw InputError(fmt::format("{}: expected a file of Kalibr, allan_variance_ros or imu_utils, with the key '{}'{}",
+                                 path, kFirstKey, looks_like(path)));
   }
   if (result.empty()) result.push_back(imu_of(root));
   return result;

@@ -43,9 +43,8 @@ constexpr SensorChoice magnetometers_only{.lidar = false, .imu = false, .magneto
 
 MagneticMapOptions read_options(const MapMagneticCall& call) {
   MagneticMapOptions options;
-  std::vector<std::string> settings = call.settings;
-  if (call.method) settings.push_back("method=" + *call.method);
-  load_options(load_configuration(call.configurations, settings), options);
+  load_options(load_configuration(call.configurations, call.settings), options);
+  if (call.method) options.method = enumerator_of<FieldMethod>("--method", *call.method);
   if (call.resolution_m) options.resolution_m = *call.resolution_m;
   if (call.max_sigma_ut) options.max_sigma_ut = *call.max_sigma_ut;
   if (call.resolution_m && !(*call.resolution_m > 0.0)) {

@@ -16,6 +16,7 @@
 #include "tools/report/page_template.h"
 #include "tools/report/reproduce_data.h"
 #include "tools/report/run_data.h"
+#include "tools/writers/output_folder.h"
 
 namespace lodestone {
 
@@ -80,6 +81,7 @@ std::size_t write_report(const std::filesystem::path& folder, const std::filesys
   }
   const std::string text = page("Lodestone report: " + name_of(folder), data);
   throw_if_interrupted();
+  make_folder_of(out);
   write_text_file(out, text);
   return text.size();
 }

@@ -30,9 +30,13 @@ std::filesystem::path made_folder(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder, error);
   if (error) {
     throw InputError(
-        fmt::format("{}: cannot create the folder: {}; choose another --out", folder.string(), error.message()));
+        fmt::format("{}: cannot create the folder: {}; choose another path", folder.string(), error.message()));
   }
   return folder;
+}
+
+void make_folder_of(const std::filesystem::path& file) {
+  if (file.has_parent_path()) made_folder(file.parent_path());
 }
 
 std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
@@ -59,7 +63,7 @@ std::filesystem::path path_below(const std::string& path, const std::string& fol
 std::filesystem::path output_with_ending(const std::string& out, const std::string& ending) {
   const std::filesystem::path path(out);
   if (path.extension() != ending) throw InputError(out + ": expected a name ending in " + ending + " for --out");
-  if (path.has_parent_path()) made_folder(path.parent_path());
+  make_folder_of(path);
   return path;
 }
 

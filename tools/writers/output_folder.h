@@ -11,7 +11,10 @@ void check_folder(const std::filesystem::path& folder);
 /// Creates the folder if it does not exist. Throws InputError if this fails.
 std::filesystem::path made_folder(const std::filesystem::path& folder);
 
-/// The same, and deletes its content: results of an earlier call must not mix with new ones.
+/// Creates the folder of a file that a command will write. Throws InputError if this fails.
+void make_folder_of(const std::filesystem::path& file);
+
+/// As made_folder, and deletes the content: results of an earlier call must not mix with new ones.
 std::filesystem::path emptied_folder(const std::filesystem::path& folder);
 
 /// Throws InputError if a file that --out names exists and the user did not allow to replace it.

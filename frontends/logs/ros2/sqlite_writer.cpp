@@ -33,7 +33,7 @@ struct SqliteWriter final : LogWriter {
   std::set<std::string> types;
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("{}: cannot be written: {}; free disk space or choose another --out", path, what));
+    throw InputError(fmt::format("{}: cannot be written: {}; free disk space or choose another path", path, what));
   }
   void open();
   std::int64_t id_of(const TopicInfo& topic);

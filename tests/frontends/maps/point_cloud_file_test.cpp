@@ -187,7 +187,9 @@ TEST(PointCloudFile, TheWriterNeedsAKnownEndingAndDoublesForAnOrigin) {
 TEST(PointCloudFile, SaysWhatIsWrong) {
   const TemporaryFolder folder;
   EXPECT_THAT(cloud_error(folder / "absent.pcd"), HasSubstr("there is no such file"));
-  EXPECT_THAT(cloud_error(folder.path().string()), HasSubstr("expected a PCD, PLY or LAS file"));
+  EXPECT_THAT(cloud_error(folder.path().string()), HasSubstr("expected a PCD, PLY or LAS file, found a folder"));
+  write_text(folder / "zero.pcd", "");
+  EXPECT_THAT(cloud_error(folder / "zero.pcd"), HasSubstr("the file is empty (0 bytes)"));
   write_text(folder / "text.pcd", "hello\n");
   EXPECT_THAT(cloud_error(folder / "text.pcd"), HasSubstr("is no PCD, PLY or LAS file"));
   write_text(folder / "empty.pcd", pcd_header("x y z", 0));

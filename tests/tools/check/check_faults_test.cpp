@@ -270,6 +270,15 @@ TEST(CheckCommand, ExitCodesAndReport) {
   EXPECT_EQ(report["topics"].size(), 10U);
   EXPECT_NEAR(report["checked_s"].get<double>(), 3.0, 1e-9);
 
+  // The path of --out is checked before the log; a missing folder is created.
+  EXPECT_EQ(run_lodestone("check " + log + " --seconds 1 --out " + site().file("new/check.json")).code,
+            exit_code::done);
+  EXPECT_EQ(nlohmann::json::parse(content_of(site().file("new/check.json")))["topics"].size(), 10U);
+  const ProgramResult early = run_lodestone("check " + log + " --seconds 1 --out " + log + "/check.json");
+  EXPECT_EQ(early.code, exit_code::input_error);
+  EXPECT_EQ(early.output, "");
+  EXPECT_THAT(early.errors, HasSubstr("is not a folder; choose another --out"));
+
   const CheckCall wrong = site().call_with([](Platform& platform) { platform.imu.topic = "/imu"; });
   const ProgramResult bad = run_lodestone("check " + log + " --seconds 3 --platform " + wrong.platform);
   EXPECT_EQ(bad.code, exit_code::input_error);

@@ -155,7 +155,7 @@ TEST_F(ConvertCommand, AFullDiskIsOneLineAndLeavesNothing) {
     ASSERT_TRUE(WIFEXITED(status)) << out;
     EXPECT_EQ(WEXITSTATUS(status), 2) << out;
     const std::string line = content_of(path("err"));
-    EXPECT_THAT(line, ::testing::HasSubstr("free disk space or choose another --out")) << out;
+    EXPECT_THAT(line, ::testing::HasSubstr("free disk space or choose another path")) << out;
     EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << line;
     EXPECT_TRUE(std::filesystem::is_empty(path("full"))) << out;
   }

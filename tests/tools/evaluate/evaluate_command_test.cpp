@@ -78,9 +78,10 @@ class EvaluateCommand : public testing::Test {
 };
 
 TEST_F(EvaluateCommand, InterpolatesTheTruthWhenAsked) {
-  expect_refused(both(), "no stamps match");
+  expect_refused(both(), "check that both use one clock, or widen --max-difference (now 0.01 s)");
   // Ground truth at 1 Hz is too sparse for interpolation.
-  expect_refused(both() + "--interpolate", "no stamps match");
+  expect_refused(both() + "--interpolate",
+                 "check that both use one clock, and that the ground truth has a pose every 0.25 s\n");
   std::string dense;
   for (int i = 0; i <= 300; ++i) dense += std::to_string(0.01 * i) + " " + std::to_string(0.01 * i) + " 0 0 0 0 0 1\n";
   write("truth.tum", dense);
@@ -88,6 +89,15 @@ TEST_F(EvaluateCommand, InterpolatesTheTruthWhenAsked) {
   const ProgramResult result = run_lodestone(both() + "--interpolate --json");
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_NEAR(nlohmann::json::parse(result.output)["relations"]["translation"]["max"].get<double>(), 0.3, 1e-12);
+}
+
+TEST_F(EvaluateCommand, TheFolderOfTheErrorsIsCreatedOrTheirPathIsNamed) {
+  write("estimate.tum", "1.0 1 0 0 0 0 0 1\n2.0 2 0 0 0 0 0 1\n");
+  EXPECT_EQ(run_lodestone(both() + "--errors " + path("new/errors.csv")).code, 0);
+  EXPECT_TRUE(std::filesystem::exists(path("new/errors.csv")));
+  expect_refused(both() + "--errors " + path("truth.tum/errors.csv"),
+                 "cannot create the folder: Not a directory; choose "
+                 "another path");
 }
 
 TEST_F(EvaluateCommand, ReportsNeesOfACovarianceFile) {

@@ -236,7 +236,8 @@ TEST_F(ExportCommand, AFailedExportLeavesNoFile) {
   fs::remove(path("broken/export.mcap"));
   std::ofstream(path("broken/smoother/covariance.csv")) << "t_s\n1,2,3\n";
   expect_refused("export " + path("broken") + " --to mcap", "covariance.csv:2:");
-  expect_refused("export " + path("run") + " --to mcap --out " + path("absent/a.mcap"), "cannot be written");
+  std::ofstream(path("file")) << "no folder";
+  expect_refused("export " + path("run") + " --to mcap --out " + path("file/a.mcap"), "cannot create the folder");
   for (const auto& entry : fs::directory_iterator(path("broken"))) {
     EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::StartsWith("export")));
   }

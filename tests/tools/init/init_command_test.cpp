@@ -154,6 +154,10 @@ TEST_F(InitCommand, RefusesAFileThatDoesNotStateTheNoise) {
   expect_refused(call, path("imu.yaml"));
   std::ofstream(path("imu.yaml")) << "gyroscope_noise_density: 1e-4\n";
   expect_refused(call, "accelerometer_noise_density");
+  expect_refused("init " + path("log.bag") +
+                     " --imu-noise " LODESTONE_SOURCE_DIR "/config/platforms/scout_os32.yaml --out " + path("r.yaml"),
+                 "scout_os32.yaml: expected a file of Kalibr, allan_variance_ros or imu_utils, with the key "
+                 "'accelerometer_noise_density'; this looks like a platform file");
   std::string wrong = kKalibr;
   wrong.replace(wrong.find("1.87e-04"), 8, "0       ");
   std::ofstream(path("imu.yaml")) << wrong;

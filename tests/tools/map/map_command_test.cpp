@@ -62,7 +62,8 @@ TEST(MapCommand, EachMistakeIsOneLineAndCodeTwo) {
          "--resolution: expected metres above 0, found 0");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --max-sigma-ut -2"),
          "--max-sigma-ut: expected microtesla above 0");
-  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --method curl-fre"), "curl-free");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --method curl-fre"),
+         "lodestone: --method: expected one of s-gpr, curl-free, found 'curl-fre'; did you mean 'curl-free'?");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --set regresion.seed=2"),
          "did you mean 'regression'");
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));

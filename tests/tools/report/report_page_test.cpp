@@ -185,7 +185,8 @@ TEST_F(ReportPage, DrawsEveryChartAndAsksNoNetwork) {
   EXPECT_EQ(charts_of(open(path("wrong.html"), "")).at("map")["data"]["marks"], "0");
   std::ofstream(path("lane/run/summary.json")) << summary_text;
 
-  expect_refused("report " + path("lane/run") + " --out " + path("nowhere/report.html"), "nowhere/report.html");
+  expect_refused("report " + path("lane/run") + " --out " + path("lane/run/summary.json/report.html"),
+                 "cannot create the folder");
 }
 
 TEST_F(ReportPage, ShowsSigmaWhereThereIsNoTruth) {
