@@ -1,8 +1,10 @@
 #include "tools/run/run_identity.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 
 #include "frontends/configuration/options.h"
@@ -38,8 +40,11 @@ class Flattener {
 };
 
 std::string file_fingerprint(const fs::path& path) {
-  return fmt::format("{} bytes changed at {}", fs::file_size(path),
-                     fs::last_write_time(path).time_since_epoch().count());
+  using namespace std::chrono;
+  const auto changed = file_clock::to_sys(fs::last_write_time(path)).time_since_epoch();
+  const auto whole = floor<seconds>(changed);
+  return fmt::format("of {} bytes, changed at {:%F %T}.{:09} UTC", fs::file_size(path), fmt::gmtime(whole.count()),
+                     duration_cast<nanoseconds>(changed - whole).count());
 }
 
 /// Fingerprint of a file, or of all files in a folder.
