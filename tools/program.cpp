@@ -45,11 +45,31 @@ NamedCommand named_command(const CLI::App& app) {
   return command;
 }
 
+bool is_whole_number(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  return type.starts_with("INT") || type.starts_with("UINT");
+}
+
+bool is_number_option(const CLI::Option& option) {
+  return is_whole_number(option) || option.get_type_name().starts_with("FLOAT");
+}
+
+/// CLI11 reads an empty text as 0: a script with an unset variable would do something else.
+void refuse_empty_numbers(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    if (!is_number_option(*option)) continue;
+    const std::string expected = is_whole_number(*option) ? "a whole number" : "a number";
+    option->check([expected](const std::string& text) {
+      return text.empty() ? "expected " + expected + ", found ''" : std::string();
+    });
+  }
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) refuse_empty_numbers(*command);
+}
+
 /// The value that an option expects: "a number", "3 numbers".
 std::string expected_value(const CLI::Option& option) {
-  const std::string type = option.get_type_name();
-  const bool is_whole = type.starts_with("INT") || type.starts_with("UINT");
-  const bool is_number = is_whole || type.starts_with("FLOAT");
+  const bool is_whole = is_whole_number(option);
+  const bool is_number = is_number_option(option);
   if (const int count = option.get_expected_min(); count > 1) {
     return std::to_string(count) + (is_number ? " numbers" : " values");
   }
@@ -155,6 +175,7 @@ int run_program(int argument_count, char** arguments, const std::string& revisio
   add_reproduce_command(app, &code);
   add_ablate_command(app, &code);
   add_manual_command(app, version);
+  refuse_empty_numbers(app);
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {

@@ -171,9 +171,9 @@ std::size_t StaleMap::stale_cells() const {
 StaleMap find_stale_places(const FieldComparison& comparison, const StaleMapOptions& options) {
   StaleMap result;
   result.options = options;
-  compare_field(comparison, [&](const ComparedArray&) { ++result.posed_readings; });
   result.offsets = magnetometer_offsets(comparison, options.cell_m, [](const Vector3&) { return true; });
   result.cells = test_cells(comparison, options, result.offsets);
+  if (result.cells.empty()) compare_field(comparison, [&](const ComparedArray&) { ++result.posed_readings; });
   if (result.stale_cells() > 0) {
     std::map<CellKey, bool> stale;
     for (const FieldCellTest& cell : result.cells) stale[cell.key] = cell.place != 0;

@@ -18,6 +18,7 @@ using platform_values::read_clock_offset;
 using platform_values::read_if_there;
 using platform_values::read_pose;
 using platform_values::read_positive;
+using platform_values::read_topic;
 using platform_values::read_value;
 using platform_values::write_value;
 
@@ -38,7 +39,7 @@ void refuse_times_of_points(const ConfigurationNode& node) {
 }
 
 void read_lidar(const ConfigurationNode& node, LidarMessageLayout& layout, LidarModel& model) {
-  read_value(node.at("topic"), layout.topic);
+  read_topic(node, layout.topic);
   layout.intensity_field.clear();
   layout.ring_field.clear();
   layout.time_field.clear();
@@ -83,7 +84,12 @@ void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
   model.range_noise_m = platform.suite.lidar.range_noise_m;
   model.direction_noise_rad = platform.suite.lidar.direction_noise_rad;
   if (node.has("range_noise_m")) read_positive(node, "range_noise_m", model.range_noise_m);
-  read_lidar(node, platform.further_lidars.emplace_back(), model);
+  LidarMessageLayout& layout = platform.further_lidars.emplace_back();
+  read_lidar(node, layout, model);
+  const auto same = [&](const LidarMessageLayout& other) { return other.topic == layout.topic; };
+  if (same(platform.lidar) || std::any_of(platform.further_lidars.begin(), platform.further_lidars.end() - 1, same)) {
+    node.at("topic").fail("another LiDAR already has the topic " + layout.topic);
+  }
 }
 
 void read_imu(const ConfigurationNode& node, Platform& platform) {
@@ -92,7 +98,7 @@ void read_imu(const ConfigurationNode& node, Platform& platform) {
                                "gyroscope_bias_random_walk_rad_s2_sqrt_hz",
                                "accelerometer_bias_random_walk_m_s3_sqrt_hz", "calibration"});
   ImuNoise& noise = platform.suite.imu;
-  read_value(node.at("topic"), platform.imu.topic);
+  read_topic(node, platform.imu.topic);
   read_if_there(node, "acceleration_unit", platform.imu.acceleration_unit);
   if (node.has("angular_velocity") || node.has("linear_acceleration")) {
     read_value(node.at("angular_velocity"), platform.imu.angular_velocity_path);
@@ -131,7 +137,7 @@ void read_magnetometer(const ConfigurationNode& node, Platform& platform) {
       node.at("name").fail("another magnetometer already has the name " + model.name);
   }
   MagnetometerMessageLayout layout;
-  read_value(node.at("topic"), layout.topic);
+  read_topic(node, layout.topic);
   read_if_there(node, "values", layout.path);
   for (const MagnetometerMessageLayout& other : platform.magnetometers) {
     if (other.topic == layout.topic && other.path == layout.path) {
@@ -172,7 +178,7 @@ void read_wheels(const ConfigurationNode& node, Platform& platform) {
                                "calibration"});
   WheelMessageLayout& layout = platform.wheels;
   WheelModel& model = platform.suite.wheels.emplace();
-  read_value(node.at("topic"), layout.topic);
+  read_topic(node, layout.topic);
   if (node.has("linear_velocity") || node.has("angular_velocity")) {
     read_value(node.at("linear_velocity"), layout.linear_velocity_path);
     read_value(node.at("angular_velocity"), layout.angular_velocity_path);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -33,6 +34,11 @@ inline void read_positive(const ConfigurationNode& node, const std::string& key,
   if (!(value > 0.0) || std::isinf(value)) node.at(key).fail("expected a number above 0");
 }
 
+inline void read_topic(const ConfigurationNode& node, std::string& topic) {
+  read_value(node.at("topic"), topic);
+  if (topic.empty()) node.at("topic").fail("expected a topic, found ''");
+}
+
 /// Larger than any offset between clocks; a larger value has the wrong unit or is a stamp.
 inline constexpr double kLargestClockOffset_s = 3600.0;
 
@@ -43,9 +49,16 @@ inline void read_clock_offset(const ConfigurationNode& node, const std::string& 
   }
 }
 
+/// Larger than the distance between two sensors of a robot; a larger value has the wrong unit.
+inline constexpr double kLargestLeverArm_m = 50.0;
+
 inline Pose read_pose(const ConfigurationNode& node) {
   node.refuse_keys_other_than({"translation_m", "quaternion_xyzw"});
   const std::vector<double> translation = node.at("translation_m").as_doubles(3);
+  if (std::any_of(translation.begin(), translation.end(),
+                  [](double metres) { return !(std::abs(metres) <= kLargestLeverArm_m); })) {
+    node.at("translation_m").fail("expected metres, at most " + write_value(kLargestLeverArm_m) + " either way");
+  }
   const std::vector<double> q = node.at("quaternion_xyzw").as_doubles(4);
   Pose pose;
   pose.position = Vector3(translation[0], translation[1], translation[2]);

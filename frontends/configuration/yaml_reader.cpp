@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "core/error.h"
 #include "frontends/configuration/configuration_node.h"
@@ -72,7 +74,12 @@ ConfigurationNode ConfigurationNode::load(const std::string& path) {
 
 ConfigurationNode ConfigurationNode::parse(const std::string& text, const std::string& name) {
   try {
-    return YamlReader(name).read(YAML::Load(text), "");
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1) {
+      throw InputError(fmt::format("{}:{}: a second YAML document begins; join it with the first", name,
+                                   documents[1].Mark().line + 1));
+    }
+    return YamlReader(name).read(documents.empty() ? YAML::Node() : documents.front(), "");
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
     std::string what = error.msg;  // may contain a line end

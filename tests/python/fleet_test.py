@@ -46,6 +46,12 @@ class Fleet(unittest.TestCase):
         self.assertEqual(step("--after", self.folder / "run.json", self.folder / "report.json", "false"), 0)
         self.assertEqual(self.read("report.json")["message"], note["message"])
 
+    def test_what_cannot_be_resumed_begins_again(self):
+        program = ["sh", "-c", 'case "$*" in *--resume*) echo "lodestone: run: this call cannot be resumed: the log was'
+                   ' of 3 bytes" >&2; exit 2;; esac', "sh"]
+        self.assertEqual(step(self.folder / "run.json", *program, "--resume", "--quiet"), 0)
+        self.assertEqual(self.read("run.json")["code"], 0)
+
     def test_a_killed_or_unknown_command_leaves_no_result(self):
         for command in (["sh", "-c", "kill -KILL $$"], ["false"], ["no-such-program"]):
             self.assertEqual(step(self.folder / "run.json", *command), 1)

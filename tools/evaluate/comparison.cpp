@@ -20,8 +20,6 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kLongestInterpolation_s = 0.25;
-
 const std::vector<std::string> kRelations{"translation", "angle", "heading", "rpe", "rpe-angle"};
 
 void require_one_of(const std::string& option, const std::string& value, const std::vector<std::string>& names) {
@@ -46,9 +44,8 @@ Trajectory read_compared(const ComparisonCall& call, const std::string& path) {
 }
 
 PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, const Trajectory& truth) {
-  const PosePairs pairs = call.interpolate
-                              ? associate_interpolated(estimate, truth, from_seconds(kLongestInterpolation_s))
-                              : associate_nearest(estimate, truth, from_seconds(call.max_difference_s));
+  const PosePairs pairs = call.interpolate ? associate_interpolated(estimate, truth)
+                                           : associate_nearest(estimate, truth, from_seconds(call.max_difference_s));
   if (pairs.empty()) {
     throw InputError(fmt::format(
         "{} and {}: no stamps match: they span {} s and {} s; check that both use one clock{}", call.estimate,

@@ -1,11 +1,15 @@
 #include "tools/export/deskewed_scans.h"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "core/lidar/lidar_poses.h"
 #include "core/lidar/plane_map.h"
+#include "frontends/configuration/trajectory_file.h"
 #include "frontends/synchronizer/bag_source.h"
 
 namespace lodestone {
@@ -24,7 +28,15 @@ struct DeskewedScans::Implementation {
                  std::shared_ptr<const PlaneMapSource> map)
       : source(log, platform, warnings, {.lidar = true, .imu = false, .magnetometers = false, .wheels = false}),
         poses(trajectory, platform.suite.lidar.T_imu_lidar, kLargestGap),
-        planes(std::move(map)) {}
+        planes(std::move(map)) {
+    if (trajectory.empty()) return;
+    const Time from = trajectory.front().time, to = trajectory.back().time;
+    if (to >= source.begin_time() && from <= source.end_time()) return;
+    throw InputError(fmt::format(
+        "{}: no scan has a pose: the log spans {} s to {} s, and the run {} s to {} s; use the "
+        "log of this run",
+        log, format_stamp(source.begin_time()), format_stamp(source.end_time()), format_stamp(from), format_stamp(to)));
+  }
 
   /// Distance from the plane, positive on the side of the LiDAR.
   static float residual_m(const Plane* plane, const Eigen::Vector3f& point, const Eigen::Vector3f& lidar) {

@@ -15,6 +15,11 @@ import time
 from pathlib import Path
 
 RESULTS = (0, 2, 3)
+RESUME = "--resume"
+
+
+def run(command: list) -> subprocess.CompletedProcess:
+    return subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 
 def write(path: Path, note: dict) -> None:
@@ -35,7 +40,9 @@ def main(arguments: list) -> int:
         return 0
     start = time.monotonic()
     try:
-        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        done = run(command)
+        if done.returncode == 2 and RESUME in command and "cannot be resumed" in done.stderr:
+            done = run([word for word in command if word != RESUME])  # what was begun is of other inputs
     except OSError as error:
         print(f"{command[0]}: {error.strerror}; set 'lodestone' in the configuration", file=sys.stderr)
         return 1

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kWidth = 1320.0;
 constexpr double kLeft = 100.0;
+constexpr double kLegendTop = 46.0;
 constexpr double kRight = kWidth - 40.0;
 
 double value_at(std::vector<double> values, double share) {
@@ -42,6 +43,12 @@ std::vector<LegendEntry> legend_of(const std::vector<PictureSeries>& series, con
     legend.push_back({series[i].name + note, colors[i], 2.5});
   }
   return legend;
+}
+
+/// The upper edge of the axes below a legend, which may have several rows.
+double top_below(const std::vector<LegendEntry>& legend, double right) {
+  Canvas measure(right + kLeft, 100.0);
+  return kLegendTop + std::max(24.0, draw_legend(measure, {kLeft, kLegendTop}, right, legend)) + 30.0;
 }
 
 /// Linear if all errors are of similar size; logarithmic if one estimator's errors are many times larger.
@@ -123,8 +130,15 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   }
   const Scale time{0.0, end > 0.0 ? end : 1.0};
   constexpr int kTimeTicks = 10;
-  constexpr double kTop = 100.0;
-  const CanvasBox error_box{kLeft, kTop, kRight, kTop + 420.0};
+  const std::vector<Color> colors = colors_of(series);
+  std::vector<LegendEntry> legend = legend_of(series, colors);
+  const auto degenerate =
+      series.empty() ? std::vector<std::pair<double, double>>() : degenerate_intervals(series.front());
+  if (!degenerate.empty()) {
+    legend.push_back({"LiDAR degenerate (" + series.front().name + ")", {234, 234, 234}, 0.0, true});
+  }
+  const double top = top_below(legend, kRight);
+  const CanvasBox error_box{kLeft, top, kRight, top + 420.0};
   const CanvasBox count_box{kLeft, error_box.bottom + 32.0, kRight, error_box.bottom + 132.0};
   const CanvasBox weight_box{kLeft, count_box.bottom + 32.0, kRight, count_box.bottom + 132.0};
   const CanvasBox& lowest = magnetic ? weight_box : count_box;
@@ -137,14 +151,7 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
   Axes error_axes(canvas, error_box, time, error);
   Axes count_axes(canvas, count_box, time, {0.0, 6.3});
   Axes weight_axes(canvas, weight_box, time, {0.0, 1.05});
-  const std::vector<Color> colors = colors_of(series);
-  bool shaded = false;
-  if (!series.empty()) {
-    for (const auto& [from, to] : degenerate_intervals(series.front())) {
-      error_axes.band(from, to, ink::shade, 0.2);
-      shaded = true;
-    }
-  }
+  for (const auto& [from, to] : degenerate) error_axes.band(from, to, ink::shade, 0.2);
   error_axes.grid(kTimeTicks, 6);
   count_axes.grid(kTimeTicks, 4);
   if (magnetic) weight_axes.grid(kTimeTicks, 2);
@@ -161,15 +168,15 @@ void draw_error_picture(const std::filesystem::path& path, const std::vector<Pic
     panel_title(canvas, weight_box, "mean magnetic weight");
   }
 
-  std::vector<LegendEntry> legend = legend_of(series, colors);
-  if (shaded) legend.push_back({"LiDAR degenerate (" + series.front().name + ")", {234, 234, 234}, 0.0, true});
-  draw_legend(canvas, {kLeft, 46.0}, kRight, legend);
+  draw_legend(canvas, {kLeft, kLegendTop}, kRight, legend);
   canvas.save(path);
 }
 
 void draw_distribution_picture(const std::filesystem::path& path, const std::vector<PictureSeries>& series) {
-  constexpr double kTop = 100.0;
-  const CanvasBox box{kLeft, kTop, kLeft + 760.0, kTop + 480.0};
+  const std::vector<Color> colors = colors_of(series);
+  const std::vector<LegendEntry> legend = legend_of(series, colors);
+  const double top = top_below(legend, kLeft + 760.0);
+  const CanvasBox box{kLeft, top, kLeft + 760.0, top + 480.0};
   Canvas canvas(box.right + 40.0, box.bottom + 70.0);
   canvas.text({kLeft, 14.0},
               any_is_lost(series) ? "Share of all scans within an error; lost scans are beyond every error"
@@ -178,7 +185,6 @@ void draw_distribution_picture(const std::filesystem::path& path, const std::vec
   const Scale error = error_scale(series);
   Axes axes(canvas, box, error, {0.0, 102.0});
   axes.grid(8, 6);
-  const std::vector<Color> colors = colors_of(series);
   draw_in_reverse(series, [&](std::size_t i, const PictureSeries& one) {
     std::vector<double> sorted = one.error_m;
     sorted.erase(std::remove_if(sorted.begin(), sorted.end(), [](double value) { return !std::isfinite(value); }),
@@ -195,7 +201,7 @@ void draw_distribution_picture(const std::filesystem::path& path, const std::vec
     axes.curve(x, y, colors[i], 2.4);
   });
   axes.labels("position error, m", "share of scans, %", 8, 6);
-  draw_legend(canvas, {kLeft, 46.0}, box.right, legend_of(series, colors));
+  draw_legend(canvas, {kLeft, kLegendTop}, box.right, legend);
   canvas.save(path);
 }
 

@@ -150,13 +150,14 @@ Json health_json(const EstimatorFiles& files, Time begin) {
   const std::vector<std::string> reasons = table.texts("health_reason");
   const std::vector<double> degenerate = table.numbers("degenerate_directions");
   const std::vector<double> magnetic = table.numbers("magnetic_samples");
+  const std::vector<double> wheels = table.numbers("wheel_weight");
   std::set<Time> good;
   std::size_t unobserved = 0;
   Json stretches = Json::array();
   for (std::size_t i = 0; i < health.size(); ++i) {
     if (health[i] == "good") {
       good.insert(files.diagnostics_times[i]);
-      if (degenerate[i] > 0.0 && !(magnetic[i] > 0.0)) ++unobserved;
+      if (degenerate[i] > 0.0 && !(magnetic[i] > 0.0) && !(wheels[i] > 0.0)) ++unobserved;
       continue;
     }
     const double at_s = to_seconds(files.diagnostics_times[i] - begin);

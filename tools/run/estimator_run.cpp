@@ -156,10 +156,12 @@ void warn_of_truth(const EstimatorRun& run, const Trajectory& estimate, const Po
       to_seconds(estimate.back().time - pairs.back().time) <= kEndTolerance_s) {
     return;
   }
+  const std::string sparse =
+      pairs.empty() ? fmt::format("; it must have a pose every {} s", kLongestInterpolation_s) : std::string();
   warnings.add("run.truth",
-               fmt::format("{} spans {} s to {} s, the log {} s to {} s: {} of {} poses are compared", run.truth_file,
+               fmt::format("{} spans {} s to {} s, the log {} s to {} s: {} of {} poses are compared{}", run.truth_file,
                            format_stamp(run.truth->front().time), format_stamp(run.truth->back().time),
-                           format_stamp(log_begin), format_stamp(log_end), pairs.size(), estimate.size()),
+                           format_stamp(log_begin), format_stamp(log_end), pairs.size(), estimate.size(), sparse),
                estimate.front().time);
 }
 

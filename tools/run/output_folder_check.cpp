@@ -35,7 +35,7 @@ bool is_run_output(const fs::path& in_out) {
 
 /// Throws InputError if a run would replace a file that no run wrote.
 void check_foreign_files(const fs::path& out) {
-  if (fs::exists(out / "checkpoint") || summary_in(out).contains("identity")) return;
+  if (fs::exists(out / "checkpoint" / "call.json") || summary_in(out).contains("identity")) return;
   for (const fs::path& file : written_files()) {
     if (!fs::is_regular_file(out / file)) continue;
     throw InputError(
@@ -53,8 +53,10 @@ void check_output_folder(const RunCall& call) {
         "another folder",
         call.out, call.log));
   }
-  for (const std::string& input : {call.log, call.platform, call.cloud, call.magnetic, call.truth,
-                                   call.calibration_truth, call.initial_pose_from}) {
+  std::vector<std::string> inputs = call.configurations;
+  inputs.insert(inputs.end(), {call.log, call.platform, call.cloud, call.magnetic, call.truth, call.calibration_truth,
+                               call.initial_pose_from});
+  for (const std::string& input : inputs) {
     if (input.empty()) continue;
     const fs::path in_out = path_below(input, call.out);
     if (in_out.empty() || in_out == "." || !is_run_output(in_out)) continue;

@@ -98,7 +98,15 @@ std::string difference_from_earlier_call(const RunCall& call, const RunIdentity&
   return other ? "the results are of another call" : "";
 }
 
-/// Removes OUT/checkpoint. Throws InputError if the folder has a file that no run wrote.
+void remove_or_fail(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (error)
+    throw InputError(fmt::format("{}: cannot be removed: {}; check its permissions", path.string(), error.message()));
+}
+
+/// Removes recordings and partial files, not the identity: without it, results of a killed call would count as
+/// finished. Throws InputError if OUT/checkpoint has a file that no run wrote.
 void remove_recordings(const RunCall& call) {
   const fs::path folder = checkpoint_folder(call);
   if (!fs::is_directory(fs::symlink_status(folder))) return;
@@ -109,20 +117,21 @@ void remove_recordings(const RunCall& call) {
     const bool recording =
         entry.path().extension() == ".estimates" &&
         std::find(estimators.begin(), estimators.end(), entry.path().stem().string()) != estimators.end();
-    if (!recording && entry.path() != identity_file(call) && !is_aside_name(name)) {
+    if (entry.path() == identity_file(call)) continue;
+    if (!recording && !is_aside_name(name)) {
       throw InputError(
           fmt::format("{}: no run wrote this file, but the run would delete it; move the file, or choose another --out",
                       entry.path().string()));
     }
     ours.push_back(entry.path());
   }
-  ours.push_back(folder);
-  for (const fs::path& each : ours) {
-    std::error_code error;
-    fs::remove(each, error);
-    if (error)
-      throw InputError(fmt::format("{}: cannot be removed: {}; check its permissions", each.string(), error.message()));
-  }
+  for (const fs::path& each : ours) remove_or_fail(each);
+}
+
+void remove_checkpoint(const RunCall& call) {
+  remove_recordings(call);
+  remove_or_fail(identity_file(call));
+  remove_or_fail(checkpoint_folder(call));
 }
 
 void print_kept_estimators(const RunCall& call) {
@@ -141,7 +150,7 @@ std::optional<int> begin_or_resume(const RunCall& call, const RunIdentity& ident
   if (call.resume) {
     if (const auto code = exit_code_of_complete_results(call, identity)) {
       std::printf("%s: the results are complete; nothing to resume\n", call.out.c_str());
-      remove_recordings(call);  // a process that was killed just before the end may have left them
+      remove_checkpoint(call);  // a process that was killed just before the end may have left it
       return code;
     }
     if (const std::string difference = difference_from_earlier_call(call, identity); !difference.empty()) {
@@ -171,7 +180,7 @@ void finish_recordings(const RunCall& call) {
     throw InputError(fmt::format("{}: cannot be written: {}; check its permissions",
                                  finished_identity_file(call).string(), error.message()));
   }
-  remove_recordings(call);
+  remove_checkpoint(call);
 }
 
 }  // namespace lodestone

@@ -45,14 +45,16 @@ struct PoseComparison {
 /// Share of the time from the first pose to `end` (the log's end, with a tolerance) in which the position error is at
 /// most `limit_m`. An interval between two poses counts if the error is small at both ends and no pose is missing.
 double share_within(const PosePairs& pairs, const std::vector<double>& error_m, double limit_m, Time end) {
-  if (pairs.size() < 2) return !pairs.empty() && error_m.front() <= limit_m ? 1.0 : 0.0;
+  if (pairs.empty()) return 0.0;
   double within_s = 0.0;
   for (std::size_t i = 1; i < pairs.size(); ++i) {
     const double step_s = to_seconds(pairs[i].time - pairs[i - 1].time);
     if (error_m[i - 1] <= limit_m && error_m[i] <= limit_m && step_s <= kEndTolerance_s) within_s += step_s;
   }
   const bool at_the_end = to_seconds(end - pairs.back().time) <= kEndTolerance_s;
-  return within_s / to_seconds((at_the_end ? pairs.back().time : end) - pairs.front().time);
+  const double span_s = to_seconds((at_the_end ? pairs.back().time : end) - pairs.front().time);
+  if (!(span_s > 0.0)) return error_m.front() <= limit_m ? 1.0 : 0.0;
+  return within_s / span_s;
 }
 
 /// `end`: the last time that estimate and ground truth should cover.

@@ -198,8 +198,7 @@ void add_simulate_command(CLI::App& app) {
               {"platform.yaml", "log.bag", "truth.tum", "reality.yaml", "cloud.pcd", "survey.bag", "survey.tum"}))
       ->required()
       ->type_name("DIR");
-  command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes")
-      ->type_name("N");
+  command->add_option("--seed", options->seed, "Seed of noise, biases and vibration; same world and seed, same bytes");
   command->add_option("--sequence", options->sequence, "Name of the drive (default: the world's first)")
       ->type_name("NAME");
   command
@@ -216,14 +215,13 @@ void add_simulate_command(CLI::App& app) {
       ->delimiter(',')
       ->check(CLI::IsMember({"log", "cloud", "survey"}))
       ->type_name("PART[,PART]");
-  command->add_option("--duration", options->duration_s, "Cut the drive after S seconds")->type_name("S");
+  command->add_option("--duration", options->duration_s, "Cut the drive after S seconds");
   command
       ->add_option("--set", options->settings,
                    "Change a key of the world, for example sensors.magnetometers.noise_ut=5")
       ->type_name("key.path=value");
   at_least_one(command->add_option("--threads", options->threads,
-                                   "Largest number of threads (default: all); the files do not depend on it"))
-      ->type_name("N");
+                                   "Largest number of threads (default: all); the files do not depend on it"));
   command->footer(
       "Examples:\n"
       "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel\n"

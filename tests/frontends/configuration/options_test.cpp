@@ -153,6 +153,7 @@ TEST(Options, AFileOfBytesIsCalledOne) {
 
 TEST(Options, RefuseMalformedYamlAndKeysGivenTwice) {
   EXPECT_THAT(option_error("inner: [1, 2\n"), HasSubstr("no valid YAML"));
+  EXPECT_THAT(option_error("---\ncount: 1\n---\ncount: 2\n"), HasSubstr("file.yaml:4: a second YAML document begins"));
   EXPECT_THAT(option_error("count: 1\ncount: 2\n"), HasSubstr("file.yaml:2: count: the key is given twice"));
 }
 

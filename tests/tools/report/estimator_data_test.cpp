@@ -17,14 +17,14 @@ namespace {
 void write_estimator(const std::filesystem::path& folder) {
   std::ofstream diagnostics(folder / "diagnostics.csv");
   diagnostics << "t_s,health,health_reason,degenerate_directions,magnetic_samples,magnetic_weight,magnetic_shrink,"
-                 "magnetic_residual_ut";
+                 "magnetic_residual_ut,wheel_weight";
   for (int i = 1; i <= 6; ++i) diagnostics << ",direction_" << i << "_sigma_m";
   diagnostics << "\n";
   std::ofstream poses(folder / "trajectory.tum");
   for (int i = 1; i <= 10; ++i) {
-    // Scan 1 has a degenerate direction and no magnetic sample; scan 2 has both.
-    diagnostics << fmt::format("{},{},{},{},{},1,1,1,1,1,1,1,1,1\n", i, i <= 4 ? "good" : "lost",
-                               i <= 4 ? "none" : "covariance", i <= 2 ? 1 : 0, i == 1 ? 0 : 5);
+    // Scans 1 to 3 have a degenerate direction; scan 2 has magnetic samples, too, and scan 3 has wheels.
+    diagnostics << fmt::format("{},{},{},{},{},1,1,1,{},1,1,1,1,1,1\n", i, i <= 4 ? "good" : "lost",
+                               i <= 4 ? "none" : "covariance", i <= 3 ? 1 : 0, i == 2 ? 5 : 0, i == 3 ? "1" : "nan");
     if (i <= 4) poses << fmt::format("{} {} 0 0 0 0 0 1\n", i, i + 0.1 * i);
   }
 }

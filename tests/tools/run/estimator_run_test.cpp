@@ -188,6 +188,12 @@ TEST_F(EstimatorRunTest, TruthOfAPartOfTheLogIsNoSuccessAndIsReported) {
   EXPECT_EQ(summary()["warnings"]["run.truth"]["first"],
             "half.tum spans 0.000000000 s to 3.050000000 s, the log 0.000000000 s to 10.000000000 s: 30 of 100 poses "
             "are compared");
+
+  cut_truth(0.15);  // one pose
+  WarningLog at_one_pose;
+  run_estimator(run, at_one_pose);
+  EXPECT_EQ(summary()["stages"]["causal"]["share_within_1m"].get<double>(), 0.0);
+  EXPECT_EQ(at_one_pose.count("run.truth"), 1);
 }
 
 TEST_F(EstimatorRunTest, WithoutTruthThereAreNoFiguresAgainstIt) {

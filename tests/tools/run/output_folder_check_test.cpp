@@ -48,6 +48,8 @@ TEST_F(OutputFolderCheck, ResultsOfARunAreReplaced) {
   EXPECT_NO_THROW(check_output_folder(call()));
   std::filesystem::remove(folder_ / "out/summary.json");
   EXPECT_THROW(check_output_folder(call()), InputError);
+  write("out/checkpoint/model.pt");
+  EXPECT_THROW(check_output_folder(call()), InputError) << "a checkpoint of another program";
   write("out/checkpoint/call.json", "[]");
   EXPECT_NO_THROW(check_output_folder(call())) << "the run was killed";
 }
@@ -63,6 +65,9 @@ TEST_F(OutputFolderCheck, OnlyInputsThatAResultReplacesAreRefused) {
     with_input.truth = folder_ / name;
     EXPECT_THROW(check_output_folder(with_input), InputError) << name;
   }
+  with_input = call();
+  with_input.configurations = {folder_ / "out/config.yaml"};
+  EXPECT_THROW(check_output_folder(with_input), InputError);
 }
 
 }  // namespace
