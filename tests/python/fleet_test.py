@@ -21,11 +21,15 @@ def step(*arguments) -> int:
     return subprocess.run(call, stderr=subprocess.DEVNULL).returncode
 
 
-def night() -> object:
-    spec = importlib.util.spec_from_file_location("night", FLEET / "night.py")
+def load(name: str) -> object:
+    spec = importlib.util.spec_from_file_location(name, FLEET / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def night() -> object:
+    return load("night")
 
 
 class Fleet(unittest.TestCase):
@@ -127,6 +131,42 @@ class Fleet(unittest.TestCase):
         self.assertIn("1 refused, 1 regained, 2 done", page)
         self.assertIn("&lt;c.bag&gt;", page)
         self.assertRegex(page, r">\d+ m</text>", "the plan has a scale bar")
+
+    def refusal(self, **keys) -> str:
+        """The line of a configuration with some keys changed, or an empty text."""
+        (self.folder / "a.bag").touch()
+        config = {"logs": f"{self.folder}/*.bag", "platform": str(drive.PLATFORM), "cloud": str(drive.CLOUD),
+                  "out": "night"} | keys
+        configuration = load("configuration")
+        try:
+            configuration.check(config)
+            self.assertEqual(list(configuration.logs_of(config)), ["a"])
+        except SystemExit as end:
+            return end.code
+        return ""
+
+    def test_a_configuration_is_checked_before_any_job(self):
+        for keys in ({}, {"settings": {"run": "", "b": "--initial-pose auto --set 'a.b=1'"}, "threads": 2},
+                     {"origin": "1,2,3", "memory_mb": 1}):
+            self.assertEqual(self.refusal(**keys), "")
+        for key, value in (("logs", []), ("logs", None), ("logs", [5]), ("logs", ""), ("settings", {}),
+                           ("settings", None), ("settings", "--initial-pose auto"), ("settings", {"r{x}": ""}),
+                           ("settings", {"a/b": ""}), ("settings", {"..": ""}), ("settings", {5: ""}),
+                           ("threads", "abc"), ("threads", 0), ("threads", True), ("threads", 1.5), ("threads", None),
+                           ("memory_mb", "much"), ("out", 5), ("out", ""), ("platform", None), ("cloud", ["a", "b"]),
+                           ("origin", [1, 2, 3]), ("lodestone", 5)):
+            line = self.refusal(**{key: value})
+            self.assertTrue(line.startswith(f"fleet: {key}: expected "), (key, value, line))
+            named = next(iter(value)) if isinstance(value, (dict, list)) and value else value
+            self.assertIn(repr(named), line.split("found ")[1])
+            self.assertNotIn("\n", line)
+
+    def test_a_setting_has_no_option_that_the_night_sets(self):
+        for options in ("--threads 2", "--threads=2", "--out x", "--platform p", "--cloud c", "--magnetic m",
+                        "--origin 1,2,3", "--resume", "--estimator ndt --quiet"):
+            self.assertRegex(self.refusal(settings={"run": options}), "^fleet: settings.run: expected .*, found '--")
+        self.assertIn("settings.run: expected", self.refusal(settings={"run": "--set 'a"}))
+        self.assertIn("settings.run: expected", self.refusal(settings={"run": None}))
 
     def test_the_scale_bar_has_a_round_length(self):
         for at_most, length in ((9.9, 5.0), (10.0, 10.0), (49.0, 20.0), (0.7, 0.5)):
