@@ -44,6 +44,15 @@ Array<std::int64_t> integers_argument(const py::handle& argument, const char* na
     throw py::value_error(std::string(name) + ": expected integers, nanoseconds, found " + type +
                           "; convert seconds t by numpy.round(1e9 * t).astype(numpy.int64)");
   }
+  if (given.dtype().kind() == 'u') {
+    const auto values = column_argument<std::uint64_t>(given, name);
+    for (py::ssize_t i = 0; i < values.shape(0); ++i) {
+      if (values.data()[i] > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+        throw py::value_error(fmt::format("{}: value {} is {}; expected at most {}", name, i, values.data()[i],
+                                          std::numeric_limits<std::int64_t>::max()));
+      }
+    }
+  }
   return column_argument<std::int64_t>(given, name);
 }
 

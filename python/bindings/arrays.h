@@ -40,7 +40,7 @@ Array<T> table_argument(const py::handle& argument, const char* name, py::ssize_
 }
 
 /// `argument` as an array of whole numbers of shape (N,). Throws ValueError for floats: a stamp in seconds has lost its
-/// nanoseconds.
+/// nanoseconds. Throws it, too, for values from 2^63.
 Array<std::int64_t> integers_argument(const py::handle& argument, const char* name);
 
 /// Throws ValueError unless `array` has `rows` rows.

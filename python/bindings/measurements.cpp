@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "bindings/bindings.h"
@@ -28,6 +29,22 @@ struct OptionalColumn {
   Array<T> values;
   bool present = false;
 };
+
+/// A column of numbers, such as rings, that may be missing. Throws ValueError for a value that T cannot hold.
+template <class T>
+std::vector<T> numbers_of(const py::object& argument, const char* name, py::ssize_t rows) {
+  const OptionalColumn<double> column(argument, name, rows);
+  std::vector<T> numbers(static_cast<std::size_t>(rows), 0);
+  for (py::ssize_t i = 0; i < rows; ++i) {
+    const double value = column.at(i);
+    if (!(value >= 0.0 && value <= std::numeric_limits<T>::max() && value == std::floor(value))) {
+      throw py::value_error(fmt::format("{}: point {} has {}; expected a whole number, 0 to {}", name, i, value,
+                                        std::numeric_limits<T>::max()));
+    }
+    numbers[static_cast<std::size_t>(i)] = static_cast<T>(value);
+  }
+  return numbers;
+}
 
 /// Offsets of the points. Throws InputError beyond the range of LidarPoint::offset_ns.
 std::vector<std::int32_t> offsets_of(const py::object& argument, Time start_ns, py::ssize_t rows) {
@@ -133,8 +150,8 @@ void Measurements::add_scan(Time start_ns, const py::object& points_m, const py:
   const py::ssize_t count = positions.shape(0);
   const std::vector<std::int32_t> offsets = offsets_of(offset_ns, start_ns, count);
   const OptionalColumn<float> intensities(intensity, "intensity", count);
-  const OptionalColumn<std::uint16_t> rings(ring, "ring", count);
-  const OptionalColumn<std::uint8_t> lidars(lidar, "lidar", count);
+  const auto rings = numbers_of<std::uint16_t>(ring, "ring", count);
+  const auto lidars = numbers_of<std::uint8_t>(lidar, "lidar", count);
   LidarScan scan;
   scan.start = start_ns;
   scan.points.resize(static_cast<std::size_t>(count));
@@ -144,8 +161,8 @@ void Measurements::add_scan(Time start_ns, const py::object& points_m, const py:
     point.position = Eigen::Vector3f(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
     point.offset_ns = offsets[static_cast<std::size_t>(i)];
     point.intensity = intensities.at(i);
-    point.ring = rings.at(i);
-    point.lidar = lidars.at(i);
+    point.ring = rings[static_cast<std::size_t>(i)];
+    point.lidar = lidars[static_cast<std::size_t>(i)];
   }
   // As core/measurements.h defines a scan's end.
   const auto largest = std::max_element(offsets.begin(), offsets.end());
@@ -240,7 +257,8 @@ offset_ns: (N,) integers, the point's time minus start_ns. None: the scan is des
 end_ns: end of the scan; None: the latest point, or without offset_ns one scan period after start_ns.
 intensity, ring, lidar: (N,). lidar is the index of the LiDAR that measured the point; None: the first.
 
-Raises ValueError for other shapes, and InputError for a point before start_ns.)")
+Raises ValueError for other shapes and for a ring (0 to 65535) or lidar (0 to 255) that is no whole number or out of
+range, and InputError for a point before start_ns.)")
       .def("imu_arrays", &imu_arrays)
       .def("field_arrays", &field_arrays, py::arg("magnetometer"))
       .def("wheel_arrays", &wheel_arrays)

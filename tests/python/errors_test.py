@@ -9,6 +9,7 @@ import numpy as np
 
 import drive
 import lodestone
+from lodestone._settings import settings
 
 BEGIN = 1_700_000_000_000_000_000
 
@@ -67,6 +68,20 @@ class ErrorsTest(unittest.TestCase):
             with self.assertRaises(lodestone.InputError):
                 wrong()
 
+    def test_options_of_numpy_are_those_of_python(self):
+        for value, text in ((np.float32(0.1), "0.1"), (np.float64(2.5), "2.5"), (np.int64(3), "3"),
+                            (np.bool_(True), "true"), (np.array([0.1, 2], dtype=np.float32), "[0.1, 2.0]"),
+                            ([np.int32(1), 2], "[1, 2]"), (np.array(5), "5"), (True, "true"), ("batch", "batch")):
+            self.assertEqual(settings({"a.b": value}), [f"a.b={text}"])
+        lodestone.load_site(self.platform, drive.CLOUD, options={"smoother.window_s": np.float32(2.5)})
+
+    def test_options_are_a_mapping(self):
+        for wrong in ("magnetic.huber=true", ["magnetic.huber=true"], 5):
+            with self.assertRaisesRegex(TypeError, "options: expected a mapping.*found"):
+                lodestone.load_site(self.platform, drive.CLOUD, options=wrong)
+        with self.assertRaisesRegex(TypeError, "options: smoother.window_s: expected .* found object"):
+            lodestone.load_site(self.platform, drive.CLOUD, options={"smoother.window_s": object()})
+
     def test_an_unknown_estimator(self):
         site = lodestone.load_site(drive.PLATFORM, drive.CLOUD)
         with self.assertRaisesRegex(lodestone.InputError, "smother.*smoother"):
@@ -77,6 +92,23 @@ class ErrorsTest(unittest.TestCase):
             self.measurements.add_imu([1.7e9], np.zeros((1, 3)), np.zeros((1, 3)))
         with self.assertRaisesRegex(ValueError, "offset_ns: expected integers"):
             self.measurements.add_scan(BEGIN, np.zeros((2, 3)), np.array([0.0, 0.1]))
+
+    def test_stamps_beyond_the_range_are_refused(self):
+        zeros = np.zeros((2, 3))
+        with self.assertRaisesRegex(ValueError, f"stamp_ns: value 1 is {2**63}; expected at most {2**63 - 1}"):
+            self.measurements.add_imu(np.array([BEGIN, 2**63], dtype=np.uint64), zeros, zeros)
+        self.measurements.add_imu(np.array([BEGIN, 2**63 - 1], dtype=np.uint64), zeros, zeros)
+        self.assertEqual(list(self.measurements.imu().stamp_ns), [BEGIN, 2**63 - 1])
+
+    def test_numbers_of_points_must_fit(self):
+        for name, largest in (("ring", 65535), ("lidar", 255)):
+            for value in (-1, largest + 1, 1.5, float("nan"), float("inf")):
+                expected = f"{name}: point 1 has .*; expected a whole number, 0 to {largest}"
+                with self.assertRaisesRegex(ValueError, expected):
+                    self.measurements.add_scan(BEGIN, np.zeros((2, 3)), **{name: np.array([0, value])})
+        self.assertEqual(len(self.measurements), 0)
+        self.measurements.add_scan(BEGIN, np.zeros((3, 3)), ring=[0, 2.0, 65535])
+        self.assertEqual(list(next(self.measurements.scans()).ring), [0, 2, 65535])
 
     def test_shapes(self):
         with self.assertRaisesRegex(ValueError, r"gyroscope_rad_s: expected shape \(N, 3\), found \(3,\)"):
