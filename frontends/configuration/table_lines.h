@@ -27,11 +27,12 @@ inline bool parse_finite(std::string_view text, double& value) {
   return parse_number(text, value) && std::isfinite(value);
 }
 
-/// Calls `call` for each line that is neither empty nor a comment (#). `call` may return false to stop.
+/// Calls `call` for each line that is neither empty nor a comment (#). `call` may return false to stop. A byte-order
+/// mark, which some spreadsheets write, is no part of the text.
 template <class Call>
 void for_each_line(const std::string& path, const std::string& text, const Call& call) {
   TableLine line{path, 0, {}};
-  for (std::size_t begin = 0; begin < text.size();) {
+  for (std::size_t begin = text.starts_with("\xEF\xBB\xBF") ? 3 : 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     line.text = std::string_view(text).substr(begin, end - begin);
     ++line.number;

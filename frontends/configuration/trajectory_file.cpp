@@ -152,12 +152,12 @@ Trajectory read_trajectory(const std::string& path, const Vector3& origin_m) {
                      "it with --times FILE; other commands require TUM or EuRoC csv");
   }
   // Comments may contain commas in either format, so the first line of values decides.
-  std::size_t begin = 0;
-  while (begin < text.size() && (text[begin] == '#' || text[begin] == '\n' || text[begin] == '\r')) {
-    begin = std::min(text.find('\n', begin), text.size() - 1) + 1;
-  }
-  const std::string_view line = std::string_view(text).substr(begin, text.find('\n', begin) - begin);
-  Trajectory trajectory = line.find(',') != std::string_view::npos ? parse_euroc(path, text) : parse_tum(path, text);
+  bool has_commas = false;
+  for_each_line(path, text, [&has_commas](const TableLine& line) {
+    has_commas = line.text.find(',') != std::string_view::npos;
+    return false;
+  });
+  Trajectory trajectory = has_commas ? parse_euroc(path, text) : parse_tum(path, text);
   for (StampedPose& pose : trajectory) pose.pose.position -= origin_m;
   return trajectory;
 }

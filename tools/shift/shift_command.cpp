@@ -36,6 +36,7 @@ struct ShiftCall {
   std::string out;
   Vector3 origin_m = Vector3::Zero();
   bool back = false;
+  bool force = false;
 };
 
 void shift_cloud(const ShiftCall& call) {
@@ -66,9 +67,11 @@ void shift_trajectory(const ShiftCall& call, const Vector3& shift_m) {
 void shift(const ShiftCall& call) {
   const Vector3 shift_m = call.back ? call.origin_m : Vector3(-call.origin_m);
   const SeemingKind kind = seeming_kind_of_file(call.file);
+  refuse_to_replace(call.out, call.force);
   if (kind == SeemingKind::point_cloud) return shift_cloud(call);
   if (kind == SeemingKind::magnetic_map) {
     yaml_output(call.out);
+    refuse_to_replace(std::filesystem::path(call.out).replace_extension(".tif"), call.force);
     shift_magnetic_map(call.file, call.out, shift_m);
     fmt::print("{}: magnetic map\n", call.out);
     return;
@@ -95,6 +98,7 @@ void add_shift_command(CLI::App& app) {
       .output(command->add_option("--out", call->out, "the file to write: .pcd or .ply, .yaml, .tum"),
               CommandFiles::with_endings({".tif"}))
       ->required();
+  command->add_flag("--force", call->force, "replace the file if it exists");
   command->callback([call] { shift(*call); });
 }
 

@@ -49,13 +49,14 @@ TEST(TrajectoryFile, EurocAndKittiAreReadBack) {
                           {so3::exp(Vector3(0.01 * i, -0.2, 0.1 * i)), Vector3(1.0 / 3.0 * i, -123.456789, 1e-7)}});
   }
   write_text(folder / "poses.csv", euroc_text(trajectory));
+  write_text(folder / "marked.csv", "\xEF\xBB\xBF" + euroc_text(trajectory));  // as spreadsheets do
   write_text(folder / "poses.kitti", kitti_text(trajectory));
   write_text(folder / "times.txt", kitti_times_text(trajectory));
   EXPECT_TRUE(is_kitti_file(folder / "poses.kitti"));
   EXPECT_FALSE(is_kitti_file(folder / "poses.csv"));
   EXPECT_FALSE(is_kitti_file(folder / "absent"));
-  for (const Trajectory& back :
-       {read_trajectory(folder / "poses.csv"), read_kitti(folder / "poses.kitti", folder / "times.txt")}) {
+  for (const Trajectory& back : {read_trajectory(folder / "poses.csv"), read_trajectory(folder / "marked.csv"),
+                                 read_kitti(folder / "poses.kitti", folder / "times.txt")}) {
     ASSERT_EQ(back.size(), trajectory.size());
     for (std::size_t i = 0; i < back.size(); ++i) {
       EXPECT_EQ(back[i].time, trajectory[i].time);

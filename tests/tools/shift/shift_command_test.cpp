@@ -99,6 +99,10 @@ TEST_F(ShiftCommand, RefusesInOneLine) {
   expect_refused("shift " + path("site.tum") + " --origin 1,2 --out " + path("a.tum"), "--origin");
   expect_refused("shift " + path("site.tum") + " --origin 1,nan,2 --out " + path("a.tum"), "three finite numbers");
   expect_refused("shift " + path("site.tum") + kOrigin + "--out " + path("a.csv"), ".tum");
+  std::ofstream(path("mine.tum")) << "2 0 0 0 0 0 0 1\n";
+  expect_refused("shift " + path("site.tum") + kOrigin + "--out " + path("mine.tum"), "mine.tum: the file exists");
+  EXPECT_EQ(content_of(path("mine.tum")), "2 0 0 0 0 0 0 1\n");
+  expect_done("shift " + path("site.tum") + kOrigin + "--force --out " + path("mine.tum"));
   expect_refused("shift " + path("site.tum") + kOrigin + "--out " + path("site.tum"), "site.tum");
   EXPECT_FALSE(std::filesystem::exists(path("a.tum")));
 }
