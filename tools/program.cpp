@@ -54,16 +54,18 @@ bool is_number_option(const CLI::Option& option) {
   return is_whole_number(option) || option.get_type_name().starts_with("FLOAT");
 }
 
-/// CLI11 reads an empty text as 0: a script with an unset variable would do something else.
-void refuse_empty_numbers(CLI::App& app) {
+/// CLI11 reads an empty text as 0, so that a script with an unset variable would do something else, and -1 as 2^64 - 1.
+void refuse_false_numbers(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) {
     if (!is_number_option(*option)) continue;
     const std::string expected = is_whole_number(*option) ? "a whole number" : "a number";
-    option->check([expected](const std::string& text) {
+    const bool from_0 = option->get_type_name().starts_with("UINT");
+    option->check([expected, from_0](const std::string& text) {
+      if (from_0 && text.starts_with('-')) return "expected a whole number from 0, found " + text;
       return text.empty() ? "expected " + expected + ", found ''" : std::string();
     });
   }
-  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) refuse_empty_numbers(*command);
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) refuse_false_numbers(*command);
 }
 
 /// The value that an option expects: "a number", "3 numbers".
@@ -175,7 +177,7 @@ int run_program(int argument_count, char** arguments, const std::string& revisio
   add_reproduce_command(app, &code);
   add_ablate_command(app, &code);
   add_manual_command(app, version);
-  refuse_empty_numbers(app);
+  refuse_false_numbers(app);
   try {
     app.parse(argument_count, arguments);
   } catch (const CLI::ParseError& error) {

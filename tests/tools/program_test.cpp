@@ -30,6 +30,7 @@ TEST(Program, AWrongValueStatesWhatIsExpected) {
   expect_refused("convert a.bag --out b.bag --from abc", "--from: expected a number, found 'abc'");
   expect_refused("simulate a.yaml --out a --seed 1.5", "--seed: expected a whole number, found '1.5'");
   expect_refused("simulate a.yaml --out a --seed ''", "--seed: expected a whole number, found ''");
+  expect_refused("simulate a.yaml --out a --seed=-1", "--seed: expected a whole number from 0, found -1");
   expect_refused("check a.bag --seconds ''", "--seconds: expected a number, found ''");
   expect_refused("reproduce paper --seeds ''", "--seeds: expected a whole number, found ''");
   expect_refused("check a.bag --origin 1,2", "--origin: expected 3 numbers, found 2: 1, 2 (see");
