@@ -84,12 +84,7 @@ void read_further_lidar(const ConfigurationNode& node, Platform& platform) {
   model.range_noise_m = platform.suite.lidar.range_noise_m;
   model.direction_noise_rad = platform.suite.lidar.direction_noise_rad;
   if (node.has("range_noise_m")) read_positive(node, "range_noise_m", model.range_noise_m);
-  LidarMessageLayout& layout = platform.further_lidars.emplace_back();
-  read_lidar(node, layout, model);
-  const auto same = [&](const LidarMessageLayout& other) { return other.topic == layout.topic; };
-  if (same(platform.lidar) || std::any_of(platform.further_lidars.begin(), platform.further_lidars.end() - 1, same)) {
-    node.at("topic").fail("another LiDAR already has the topic " + layout.topic);
-  }
+  read_lidar(node, platform.further_lidars.emplace_back(), model);
 }
 
 void read_imu(const ConfigurationNode& node, Platform& platform) {

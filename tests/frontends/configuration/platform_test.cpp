@@ -221,7 +221,6 @@ TEST(PlatformFile, ClockOffsetsAndACommentReadBackToTheSameBits) {
   platform.further_lidars = {platform.lidar};
   platform.suite.further_lidars = {platform.suite.lidar};
   platform.lidar.clock_offset_s = -0.01 / 3.0;
-  platform.further_lidars[0].topic = "/rear/points";
   platform.further_lidars[0].clock_offset_s = 0.1;
   platform.magnetometer_clock_offset_s = 0.02 / 3.0;
   save_platform(platform, folder / "platform.yaml", "made of: robot.yaml\nname: of another");
@@ -274,9 +273,6 @@ TEST(PlatformFile, AFurtherLidarsMistakesNameItsKeys) {
               HasSubstr("further_lidars[0].direction_noise_rad: expected a number of at least 0"));
   EXPECT_THAT(error("    range_nose_m: 0.1\n"), HasSubstr("did you mean 'range_noise_m'"));
   EXPECT_THAT(error("    calibration: {clock_sigma_s: 0.1}\n"), HasSubstr("further_lidars[0]"));
-  EXPECT_THAT(error("  - topic: /rear/points\n    min_range_m: 0.5\n    max_range_m: 60.0\n    scan_period_s: 0.1\n"
-                    "    T_imu_lidar: {translation_m: [0, 0, 0], quaternion_xyzw: [0, 0, 0, 1]}\n"),
-              HasSubstr("further_lidars[1].topic: another LiDAR already has the topic /rear/points"));
   std::string many;
   for (int i = 1; i < 256; ++i) {
     many +=
