@@ -53,10 +53,9 @@ void check_output_folder(const RunCall& call) {
         "another folder",
         call.out, call.log));
   }
-  std::vector<std::string> inputs = call.configurations;
-  inputs.insert(inputs.end(), {call.log, call.platform, call.cloud, call.magnetic, call.truth, call.calibration_truth,
-                               call.initial_pose_from});
-  for (const std::string& input : inputs) {
+  // Not --config: a run may be repeated in its folder with its own config.yaml.
+  for (const std::string& input : {call.log, call.platform, call.cloud, call.magnetic, call.truth,
+                                   call.calibration_truth, call.initial_pose_from}) {
     if (input.empty()) continue;
     const fs::path in_out = path_below(input, call.out);
     if (in_out.empty() || in_out == "." || !is_run_output(in_out)) continue;

@@ -67,7 +67,7 @@ TEST_F(OutputFolderCheck, OnlyInputsThatAResultReplacesAreRefused) {
   }
   with_input = call();
   with_input.configurations = {folder_ / "out/config.yaml"};
-  EXPECT_THROW(check_output_folder(with_input), InputError);
+  EXPECT_NO_THROW(check_output_folder(with_input)) << "a run repeated with its own options";
 }
 
 }  // namespace

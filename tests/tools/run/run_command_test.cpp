@@ -222,7 +222,8 @@ TEST_F(RunCommand, ResultsDoNotTakeThePlaceOfWhatItReads) {
     expect_refused("run " + path("log") + maps + " --out " + path(out), "is in the folder of the log");
   }
   EXPECT_FALSE(fs::exists(folder_ / "log/deep"));
-  // A run removes only its own recordings.
+  // A run removes only its own recordings. This folder is that of a killed run.
+  std::ofstream(folder_ / "out/checkpoint/call.json") << "[]";
   std::ofstream(folder_ / "out/checkpoint/model.pt") << "weeks of work";
   std::ofstream(folder_ / "out/checkpoint/smoother.estimates") << "of old";
   expect_refused(call(""), "model.pt: no run wrote this file");
