@@ -4,8 +4,8 @@
 
 namespace lodestone {
 
-/// Cholesky factorization A = L Lᵀ of a dense matrix with hundreds of rows, by LAPACK: several times faster than Eigen,
-/// whose kernels are those of the oldest supported processor. BLAS has one thread from the first factorization on.
+/// Cholesky factorization A = L Lᵀ of a dense matrix with hundreds of rows, by LAPACK: its kernels are those of the
+/// machine, Eigen's those of the oldest supported processor. BLAS has one thread from the first factorization on.
 class DenseCholesky {
  public:
   DenseCholesky() = default;

@@ -42,7 +42,7 @@ def main(arguments: list) -> int:
     try:
         done = run(command)
         if done.returncode == 2 and RESUME in command and "cannot be resumed" in done.stderr:
-            done = run([word for word in command if word != RESUME])  # what was begun is of other inputs
+            done = run([word for word in command if word != RESUME])  # what is there is of other inputs
     except OSError as error:
         print(f"{command[0]}: {error.strerror}; set 'lodestone' in the configuration", file=sys.stderr)
         return 1

@@ -21,8 +21,8 @@ void draw_color_bar(Canvas& canvas, const CanvasBox& box, const Scale& scale, Co
   }
   if (cut) {
     canvas.line({box.right, box.top}, {box.right + 5.0, box.top}, ink::frame, 1.0);
-    canvas.text({box.right + 9.0, box.top}, fmt::format("≥ {:.3g}", scale.high), ink::letter, ink::text, Anchor::begin,
-                Anchor::middle);
+    const std::string label = fmt::format("≥ {:.3g}", scale.high);
+    canvas.text({box.right + 9.0, box.top}, label, ink::letter, ink::text, Anchor::begin, Anchor::middle);
   }
   canvas.text({0.5 * (box.left + box.right), box.top - 10.0}, title, ink::letter, ink::text, Anchor::middle,
               Anchor::end);

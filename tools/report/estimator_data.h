@@ -32,7 +32,8 @@ nlohmann::ordered_json position_series(const Trajectory& trajectory, const TimeB
 
 /// Series of an estimator on the axis of `buckets`, as columns by name: x, y, z, sigma, sigma_heading, direction_1 to
 /// 6, degenerate, weight, shrink, residual. With `truth` (may be null; interpolated at scan ends), also error, heading
-/// and `distribution`: quantiles of the error for shares 0, 1/400, … 1 of the scans; null for the share of lost scans.
+/// and `distribution`: quantiles of the error for shares 0, 1/400, … 1 of the scans; null for the share of lost
+/// scans.
 nlohmann::ordered_json estimator_series(const EstimatorFiles& files, const Trajectory* truth,
                                         const TimeBuckets& buckets);
 

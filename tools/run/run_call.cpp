@@ -252,15 +252,15 @@ void write_georeferenced(const std::filesystem::path& folder, const Trajectory& 
 }
 
 /// Writes the data of log and maps that a report requires.
-void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin,
-                   const std::vector<EstimatorOutcome>& outcomes) {
+void keep_overview(const RunCall& call, const RunInputs& inputs, Time log_begin, const std::vector<Time>& scans,
+                   const Trajectory& first_estimate) {
   OverviewInput input{log_begin,
                       call.truth.empty() ? nullptr : &inputs.truth,
                       inputs.site.field.get(),
                       call.cloud,
                       call.origin_m,
-                      scan_ends(outcomes),
-                      outcomes.front().record.best()};
+                      scans,
+                      first_estimate};
   write_overview(std::filesystem::path(call.out) / "overview", input);
   std::printf("for a report on one page: lodestone report %s\n", call.out.c_str());
 }
@@ -317,11 +317,12 @@ int execute(const RunCall& call) {
     if (summary.stale_map) std::printf("%s", stale_map_text(summary.estimator, *summary.stale_map).c_str());
   }
   if (inputs.site.field != nullptr) write_stale_map_pictures(out / "pictures", *inputs.site.field, outcomes);
+  const std::vector<Time> scans = scan_ends(outcomes);
   if (!call.truth.empty()) {
-    write_pictures(out / "pictures", inputs.site.field.get(), inputs.truth, scan_ends(outcomes), series);
+    write_pictures(out / "pictures", inputs.site.field.get(), inputs.truth, scans, series);
   }
   if (inputs.site.field != nullptr || !call.truth.empty()) std::printf("pictures: %s\n", (out / "pictures").c_str());
-  keep_overview(call, inputs, log_begin, outcomes);
+  keep_overview(call, inputs, log_begin, scans, series.front().trajectory);
   const int code = exit_code_of(summaries);
   if (code != exit_code::interrupted) {
     stale.remove();

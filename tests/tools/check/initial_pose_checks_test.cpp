@@ -13,8 +13,8 @@
 namespace lodestone {
 namespace {
 
-/// The first scan of the hall, and an accelerometer that reads a steady forward acceleration of 0.6 m/s²: gravity seems
-/// to be tilted by 3.5 degrees.
+/// The first scan of the hall, and an accelerometer that reads a steady forward acceleration of 0.6 m/s²: gravity
+/// seems to be tilted by 3.5 degrees.
 class CheckLevel : public ::testing::Test {
  protected:
   CheckLevel() {
