@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/middle_value.h"
 #include "tools/plotting/axes.h"
 #include "tools/plotting/color_bar.h"
 #include "tools/plotting/pictures.h"
@@ -54,10 +55,25 @@ void draw_field(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, 
       ColorRamp::heat);
 }
 
+/// The longest time between two poses that a line joins: where an estimator was lost, there are none.
+double longest_step_s(const Trajectory& trajectory) {
+  std::vector<double> steps_s;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    steps_s.push_back(to_seconds(trajectory[i].time - trajectory[i - 1].time));
+  }
+  return steps_s.empty() ? 0.0 : std::max(1.0, 5.0 * middle_value(std::move(steps_s)));
+}
+
 void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, Color color, double width) {
+  const double longest_s = longest_step_s(trajectory);
   std::vector<CanvasPoint> points;
-  for (const StampedPose& pose : trajectory) {
-    if (pose.pose.position.allFinite()) points.push_back(axes.at(pose.pose.position.x(), pose.pose.position.y()));
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (i > 0 && to_seconds(trajectory[i].time - trajectory[i - 1].time) > longest_s) {
+      canvas.polyline(points, color, width);
+      points.clear();
+    }
+    const Vector3& position = trajectory[i].pose.position;
+    if (position.allFinite()) points.push_back(axes.at(position.x(), position.y()));
   }
   canvas.polyline(points, color, width);
 }

@@ -132,6 +132,22 @@ TEST_F(Pictures, OfASquareSiteWithoutLostEstimates) {
   expect_picture(file("square_map"));
 }
 
+TEST_F(Pictures, TheMapDrawsNoLineWhereAnEstimatorWasLost) {
+  MadeUpRun run = made_up_run();
+  run.series.resize(1);
+  const auto lines = [&](const char* name) {
+    draw_map_picture(file(name), nullptr, run.truth, run.series);
+    const std::string svg = content_of(file(name).string() + ".svg");
+    int count = 0;
+    for (std::size_t at = svg.find("<path"); at != std::string::npos; at = svg.find("<path", at + 1)) ++count;
+    return count;
+  };
+  const int whole = lines("whole_track");
+  Trajectory& track = run.series.front().trajectory;
+  track.erase(track.begin() + 200, track.begin() + 400);
+  EXPECT_EQ(lines("parted_track"), whole + 1);
+}
+
 TEST_F(Pictures, OfAlmostNothing) {
   PictureSeries empty;
   empty.name = "smoother";
