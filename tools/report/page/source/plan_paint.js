@@ -74,19 +74,24 @@ export function paintGrid(view, withLines) {
   };
 }
 
+const LONGEST_GAP = 5; // points without a position that a line joins; where an estimator was lost, there are more
+
 export function paintTrack(view, { x, y }, paint, width) {
   const { context } = view;
   context.strokeStyle = paint;
   context.lineWidth = width;
   context.lineJoin = context.lineCap = 'round';
   context.beginPath();
-  let down = false;
+  let missing = LONGEST_GAP;
   for (let i = 0; i < x.length; ++i) {
-    if (x[i] == null) continue;
+    if (x[i] == null) {
+      ++missing;
+      continue;
+    }
     const [u, v] = view.toScreen(x[i], y[i]);
-    if (down) context.lineTo(u, v);
+    if (missing < LONGEST_GAP) context.lineTo(u, v);
     else context.moveTo(u, v);
-    down = true;
+    missing = 0;
   }
   context.stroke();
 }
