@@ -3,7 +3,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace lodestone {
 
@@ -58,46 +57,40 @@ double mean_variance_ut2(const Eigen::MatrixXd& covariance, const ReadingFit& fo
          3.0;
 }
 
-void FieldUpdate::add(const PlaceComponent& component, const ReadingFit& found, double variance_ut2) {
-  const Eigen::Index size = component.covariance.cols();
-  if (step_.size() == 0) {
-    covariance_ = component.covariance;
-    step_.setZero(size);
-  }
-  // P Hᵀ of the lower triangle: rows above the offset's are its columns.
-  offset_columns_.resize(size, 3);
-  offset_columns_.topRows(found.offset) = covariance_.block(found.offset, 0, 3, found.offset).transpose();
-  Matrix3 own = covariance_.block<3, 3>(found.offset, found.offset);
-  own.triangularView<Eigen::StrictlyUpper>() = own.transpose();
-  offset_columns_.middleRows<3>(found.offset) = own;
-  const Eigen::Index below = size - found.offset - 3;
-  offset_columns_.bottomRows(below) = covariance_.block(found.offset + 3, found.offset, below, 3);
-  Matrix6 pose = covariance_.topLeftCorner<6, 6>();
-  pose.triangularView<Eigen::StrictlyUpper>() = pose.transpose();
-  crossed_ = offset_columns_.lazyProduct(found.by_offset.transpose());
-  crossed_.topRows<6>() += pose * found.by_pose.transpose();
-  crossed_.bottomRows(size - 6) += covariance_.block(6, 0, size - 6, 6).lazyProduct(found.by_pose.transpose());
+void update_by_readings(std::span<const WeighedFit> readings, PlaceComponent& component) {
+  if (readings.empty()) return;
+  Eigen::MatrixXd& P = component.covariance;  // its lower triangle, until the end
+  const Eigen::Index size = P.cols();
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(size);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> offset_columns(size, 3), crossed(size, 3), gain(size, 3);
+  for (const auto& [found, variance_ut2] : readings) {
+    // P Hᵀ of the lower triangle: rows above the offset's are its columns.
+    offset_columns.topRows(found.offset) = P.block(found.offset, 0, 3, found.offset).transpose();
+    Matrix3 own = P.block<3, 3>(found.offset, found.offset);
+    own.triangularView<Eigen::StrictlyUpper>() = own.transpose();
+    offset_columns.middleRows<3>(found.offset) = own;
+    const Eigen::Index below = size - found.offset - 3;
+    offset_columns.bottomRows(below) = P.block(found.offset + 3, found.offset, below, 3);
+    Matrix6 pose = P.topLeftCorner<6, 6>();
+    pose.triangularView<Eigen::StrictlyUpper>() = pose.transpose();
+    crossed = offset_columns.lazyProduct(found.by_offset.transpose());
+    crossed.topRows<6>() += pose * found.by_pose.transpose();
+    crossed.bottomRows(size - 6) += P.block(6, 0, size - 6, 6).lazyProduct(found.by_pose.transpose());
 
-  Matrix3 innovation = found.by_pose * crossed_.topRows<6>() + found.by_offset * crossed_.middleRows<3>(found.offset);
-  innovation.diagonal().array() += variance_ut2;
-  gain_ = crossed_.lazyProduct(innovation.inverse());
-  const Vector3 left =
-      found.residual_ut + found.by_pose * step_.head<6>() + found.by_offset * step_.segment<3>(found.offset);
-  step_ -= gain_.lazyProduct(left);
-  for (Eigen::Index c = 0; c < size; ++c) {
-    const Eigen::Index rows = size - c;
-    covariance_.col(c).tail(rows) -= crossed_(c, 0) * gain_.col(0).tail(rows) +
-                                     crossed_(c, 1) * gain_.col(1).tail(rows) +
-                                     crossed_(c, 2) * gain_.col(2).tail(rows);
+    Matrix3 innovation = found.by_pose * crossed.topRows<6>() + found.by_offset * crossed.middleRows<3>(found.offset);
+    innovation.diagonal().array() += variance_ut2;
+    gain = crossed.lazyProduct(innovation.inverse());
+    const Vector3 left =
+        found.residual_ut + found.by_pose * step.head<6>() + found.by_offset * step.segment<3>(found.offset);
+    step -= gain.lazyProduct(left);
+    for (Eigen::Index c = 0; c < size; ++c) {
+      const Eigen::Index rows = size - c;
+      P.col(c).tail(rows) -= crossed(c, 0) * gain.col(0).tail(rows) + crossed(c, 1) * gain.col(1).tail(rows) +
+                             crossed(c, 2) * gain.col(2).tail(rows);
+    }
   }
-}
-
-void FieldUpdate::apply(PlaceComponent& component) {
-  if (step_.size() == 0) return;
-  covariance_.triangularView<Eigen::StrictlyUpper>() = covariance_.transpose();
-  component.covariance = std::move(covariance_);
-  component.move(step_);
-  step_.resize(0);
+  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
+  component.move(step);
 }
 
 }  // namespace lodestone

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "core/magnetometer/array_reading.h"
 #include "core/magnetometer/field_evidence.h"
 #include "estimators/factory.h"
@@ -32,22 +34,14 @@ ReadingFit fit_reading(const MeanReading& reading, const PlaceComponent& compone
 /// A third of the trace of the residual's covariance H P Hᵀ by the component's own, µT².
 double mean_variance_ut2(const Eigen::MatrixXd& covariance, const ReadingFit& found);
 
-/// Kalman updates of one component by several readings, all linearized at its mean. The derivative by nine components
-/// of the error is used, the others are zero.
-class FieldUpdate {
- public:
-  /// The next reading, with a variance per axis.
-  void add(const PlaceComponent& component, const ReadingFit& found, double variance_ut2);
-
-  /// Moves the component by the readings that were added, if any, and begins anew.
-  void apply(PlaceComponent& component);
-
- private:
-  using ThreeColumns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-
-  Eigen::MatrixXd covariance_;  // its lower triangle
-  Eigen::VectorXd step_;        // empty: no reading was added
-  ThreeColumns offset_columns_, crossed_, gain_;
+/// A reading that informs about a component, and the variance per axis that it counts with.
+struct WeighedFit {
+  ReadingFit fit;
+  double variance_ut2 = 0.0;
 };
+
+/// Kalman updates of a component by readings, all linearized at its mean. The derivative by nine components of the
+/// error is used, the others are zero.
+void update_by_readings(std::span<const WeighedFit> readings, PlaceComponent& component);
 
 }  // namespace lodestone

@@ -22,49 +22,42 @@ Eigen::VectorXd step_between(const PlaceComponent& from, const PlaceComponent& t
 }
 
 PlaceComponent merged_place(std::span<const PlaceComponent* const> members) {
-  PlaceComponent result = *members.front();
-  if (members.size() == 1) return result;
-  const Eigen::Index size = result.covariance.cols();
+  const PlaceComponent& first = *members.front();
+  if (members.size() == 1) return first;
+  const Eigen::Index size = first.covariance.cols();
   std::vector<Eigen::VectorXd> steps;
   std::vector<double> weights;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
   double sum = 0.0;
   for (const PlaceComponent* member : members) {
-    steps.push_back(step_between(result, *member));
-    weights.push_back(std::exp(member->log_weight - result.log_weight));
+    steps.push_back(step_between(first, *member));
+    weights.push_back(std::exp(member->log_weight - first.log_weight));
     mean += weights.back() * steps.back();
     sum += weights.back();
   }
   mean /= sum;
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
+  PlaceComponent result{first.state, first.offsets_ut, Eigen::MatrixXd::Zero(size, size),
+                        first.log_weight + std::log(sum), first.parent};
   for (std::size_t i = 0; i < members.size(); ++i) {
     const Eigen::VectorXd apart = steps[i] - mean;
-    covariance += weights[i] / sum * (members[i]->covariance + apart * apart.transpose());
+    result.covariance += weights[i] / sum * (members[i]->covariance + apart.lazyProduct(apart.transpose()));
   }
   result.move(mean);
-  result.covariance = covariance;
-  result.log_weight += std::log(sum);
   return result;
 }
 
-PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
-                                const ImuNoise& noise) {
+void predict_place(const Preintegration& increment, const ImuNoise& noise, PlaceComponent& component,
+                   Eigen::MatrixXd& crossed) {
   const PlaceTransition transition = place_transition(increment, component.state, noise);
   const auto moves = transition.by_state.topRows<9>();  // the rest of F is the identity
-  const Eigen::MatrixXd& present = component.covariance;
-  PlacePrediction result;
-  result.crossed = present;
-  result.crossed.topRows<9>() = moves.lazyProduct(present.topRows<tangent::size>());
-  result.component.state = increment.predict(component.state);
-  result.component.offsets_ut = component.offsets_ut;
-  result.component.log_weight = component.log_weight;
-  result.component.parent = component.parent;
-  Eigen::MatrixXd& P = result.component.covariance;
-  P = result.crossed;
-  P.leftCols<9>() = result.crossed.leftCols<tangent::size>().lazyProduct(moves.transpose());
+  Eigen::MatrixXd& P = component.covariance;
+  crossed = P;
+  crossed.topRows<9>() = moves.lazyProduct(P.topRows<tangent::size>());
+  P.topRows<9>() = crossed.topRows<9>();
+  P.leftCols<9>() = crossed.leftCols<tangent::size>().lazyProduct(moves.transpose());
   P.topLeftCorner<tangent::size, tangent::size>() += transition.noise;
   P.diagonal().tail(component.offsets_ut.size()).array() += std::pow(kOffsetWalk_ut_sqrt_s, 2) * increment.duration_s();
-  return result;
+  component.state = increment.predict(component.state);
 }
 
 PlaceTransition place_transition(const Preintegration& increment, const NavState& before, const ImuNoise& noise) {

@@ -27,13 +27,10 @@ Eigen::VectorXd step_between(const PlaceComponent& from, const PlaceComponent& t
 /// One component with the weight, mean and covariance of all; its parent is that of the first.
 PlaceComponent merged_place(std::span<const PlaceComponent* const> members);
 
-/// A component at the next scan's end, by the IMU alone.
-struct PlacePrediction {
-  PlaceComponent component;
-  Eigen::MatrixXd crossed;  ///< F P: covariance of the predicted with the present error
-};
-PlacePrediction predicted_place(const PlaceComponent& component, const Preintegration& increment,
-                                const ImuNoise& noise);
+/// Moves a component to the next scan's end, by the IMU alone. `crossed` becomes F P, the covariance of the predicted
+/// with the present error.
+void predict_place(const Preintegration& increment, const ImuNoise& noise, PlaceComponent& component,
+                   Eigen::MatrixXd& crossed);
 
 /// The change of a component's error state by a scan: F, and the covariance that the IMU adds, 17×17 each.
 /// `increment`: of the scan; `before`: the state at its begin.

@@ -53,8 +53,8 @@ bool heavier(const PlaceComponent& a, const PlaceComponent& b) {
 std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> components, double scale,
                                            std::size_t dimensions) {
   using Bin = std::array<double, 7>;
-  std::map<Bin, std::vector<const PlaceComponent*>> bins;  // the heaviest first in each
-  for (const PlaceComponent& one : components) {
+  std::map<Bin, std::vector<PlaceComponent*>> bins;  // the heaviest first in each
+  for (PlaceComponent& one : components) {
     Bin bin{};
     for (std::size_t k = 0; k < dimensions; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
@@ -64,14 +64,28 @@ std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> component
     bin[6] = std::floor(heading_rad(one.state.T_map_imu.rotation) / (scale * kBin_rad));
     bins[bin].push_back(&one);
   }
-  std::vector<const std::vector<const PlaceComponent*>*> groups;
+  std::vector<const std::vector<PlaceComponent*>*> groups;
   groups.reserve(bins.size());
   for (const auto& [bin, members] : bins) groups.push_back(&members);
   std::vector<PlaceComponent> result(groups.size());
   parallel_for(
-      std::size_t{0}, groups.size(), [&](std::size_t i) { result[i] = merged_place(*groups[i]); }, 16);
+      std::size_t{0}, groups.size(),
+      [&](std::size_t i) {
+        const std::vector<PlaceComponent*>& group = *groups[i];
+        result[i] = group.size() == 1 ? std::move(*group.front()) : merged_place({group.begin(), group.end()});
+      },
+      16);
   std::stable_sort(result.begin(), result.end(), heavier);
   return result;
+}
+
+/// `body(some)` in parallel for pieces of the components: what it allocates serves all components of a piece.
+template <class Body>
+void in_pieces(std::span<PlaceComponent> components, const Body& body) {
+  constexpr std::size_t kPiece = 16;
+  parallel_for(std::size_t{0}, (components.size() + kPiece - 1) / kPiece, [&](std::size_t i) {
+    body(components.subspan(i * kPiece, std::min(kPiece, components.size() - i * kPiece)));
+  });
 }
 
 /// Kalman update of a component by one measurement. `H`: the residual's derivative by the first components of its
@@ -140,9 +154,10 @@ void PlaceMixture::predict(const ScanBundle& bundle) {
   const ImuNoise noise = with_gap(imu_white_noise_.bound(input_.suite.imu), bundle.imu_gap_s);
   const NavState& heaviest = components_.front().state;
   increment_.emplace(imu, heaviest.gyroscope_bias, heaviest.accelerometer_bias, noise);
-  parallel_for(
-      std::size_t{0}, components_.size(),
-      [&](std::size_t i) { components_[i] = predicted_place(components_[i], *increment_, noise).component; }, 16);
+  in_pieces(components_, [&](std::span<PlaceComponent> some) {
+    Eigen::MatrixXd crossed;
+    for (PlaceComponent& one : some) predict_place(*increment_, noise, one, crossed);
+  });
 }
 
 void PlaceMixture::split() {
@@ -225,25 +240,24 @@ double PlaceMixture::information_share(const ArrayReading& array, double spacing
 void PlaceMixture::update(const ArrayReading& array, double spacing_m) {
   if (array.readings.empty()) return;
   const double share = information_share(array, spacing_m);
-  parallel_for(
-      std::size_t{0}, components_.size(),
-      [&](std::size_t i) {
-        PlaceComponent& component = components_[i];
-        FieldUpdate readings;  // the weight is by the component before them
-        for (const MeanReading& reading : array.readings) {
-          const ReadingFit found = fit_reading(reading, component, input_, background_);
-          const double spread = found.informs ? mean_variance_ut2(component.covariance, found) : 0.0;
-          const double total = found.variance_ut2() + spread;
-          const double squared = found.residual_ut.squaredNorm() / total;
-          component.log_weight -=
-              share * (1.5 * std::log(total) + 0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
-          if (!found.informs) continue;
-          const double robust = std::max(1.0, (kStudentDegrees + squared) / (kStudentDegrees + 3.0));
-          readings.add(component, found, found.variance_ut2() * robust / share);
-        }
-        readings.apply(component);
-      },
-      16);
+  in_pieces(components_, [&](std::span<PlaceComponent> some) {
+    std::vector<WeighedFit> readings;
+    for (PlaceComponent& component : some) {
+      readings.clear();
+      for (const MeanReading& reading : array.readings) {
+        const ReadingFit found = fit_reading(reading, component, input_, background_);
+        const double spread = found.informs ? mean_variance_ut2(component.covariance, found) : 0.0;
+        const double total = found.variance_ut2() + spread;
+        const double squared = found.residual_ut.squaredNorm() / total;
+        component.log_weight -=
+            share * (1.5 * std::log(total) + 0.5 * (kStudentDegrees + 3.0) * std::log1p(squared / kStudentDegrees));
+        if (!found.informs) continue;
+        const double robust = std::max(1.0, (kStudentDegrees + squared) / (kStudentDegrees + 3.0));
+        readings.push_back({found, found.variance_ut2() * robust / share});
+      }
+      update_by_readings(readings, component);
+    }
+  });
 }
 
 void PlaceMixture::reduce() {

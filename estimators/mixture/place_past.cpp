@@ -16,13 +16,15 @@ constexpr double kLeastShare = 1e-4;
 
 PlaceComponent smoothed_before(const PlaceComponent& before, const Preintegration& increment,
                                const PlaceComponent& after, const ImuNoise& noise) {
-  const PlacePrediction predicted = predicted_place(before, increment, noise);
+  PlaceComponent predicted = before;
+  Eigen::MatrixXd crossed;
+  predict_place(increment, noise, predicted, crossed);
   // The gain P Fᵀ (F P Fᵀ + Q)⁻¹.
-  const Eigen::LDLT<Eigen::MatrixXd> factor(predicted.component.covariance);
-  const Eigen::MatrixXd gain = factor.solve(predicted.crossed).transpose();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(predicted.covariance);
+  const Eigen::MatrixXd gain = factor.solve(crossed).transpose();
   PlaceComponent result = before;
-  result.move(gain * step_between(predicted.component, after));
-  const Eigen::MatrixXd change = after.covariance - predicted.component.covariance;
+  result.move(gain * step_between(predicted, after));
+  const Eigen::MatrixXd change = after.covariance - predicted.covariance;
   result.covariance += gain * change * gain.transpose();
   result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
   result.log_weight = after.log_weight;

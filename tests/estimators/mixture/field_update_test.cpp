@@ -85,11 +85,11 @@ TEST(FitReading, OffTheMapAndInAWideComponentTheFieldIsThatOfTheWholeMap) {
 }
 
 // Readings one after the other, with nine columns each, are the update by all of them at once.
-TEST(FieldUpdate, IsThatOfAllReadingsTogether) {
+TEST(UpdateByReadings, IsThatOfAllOfThemTogether) {
   const StripedField stripes;
   const FieldBackground background = field_background(*stripes.input.field);
   const PlaceComponent before = place_over_stripes();
-  FieldUpdate update;
+  std::vector<WeighedFit> readings;
   Eigen::MatrixXd H(12, kSize);
   Eigen::VectorXd residual(12), variances(12);
   for (const MeanReading& reading : readings_over(stripes)) {
@@ -98,10 +98,10 @@ TEST(FieldUpdate, IsThatOfAllReadingsTogether) {
     H.middleRows<3>(row) = dense_derivative(found);
     residual.segment<3>(row) = found.residual_ut;
     variances.segment<3>(row).setConstant(0.3 + reading.magnetometer);
-    update.add(before, found, 0.3 + reading.magnetometer);
+    readings.push_back({found, 0.3 + reading.magnetometer});
   }
   PlaceComponent after = before;
-  update.apply(after);
+  update_by_readings(readings, after);
 
   Eigen::MatrixXd innovation = H * before.covariance * H.transpose();
   innovation.diagonal() += variances;
@@ -114,7 +114,7 @@ TEST(FieldUpdate, IsThatOfAllReadingsTogether) {
   EXPECT_EQ(after.covariance, after.covariance.transpose());
 
   const PlaceComponent same = after;
-  update.apply(after);  // nothing was added since
+  update_by_readings({}, after);
   EXPECT_EQ(after.covariance, same.covariance);
   EXPECT_EQ(after.state.T_map_imu.position, same.state.T_map_imu.position);
 }

@@ -39,7 +39,9 @@ Preintegration increment() {
 // Nothing was learned after the prediction: nothing changes.
 TEST(SmoothedBefore, KeepsAPlaceWithoutNews) {
   const PlaceComponent before = place();
-  const PlaceComponent after = predicted_place(before, increment(), ImuNoise{}).component;
+  PlaceComponent after = before;
+  Eigen::MatrixXd crossed;
+  predict_place(increment(), ImuNoise{}, after, crossed);
   const PlaceComponent found = smoothed_before(before, increment(), after, ImuNoise{});
   EXPECT_LT(step_between(before, found).norm(), 1e-9);
   EXPECT_LT((found.covariance - before.covariance).norm(), 1e-9 * before.covariance.norm());
@@ -49,10 +51,12 @@ TEST(SmoothedBefore, KeepsAPlaceWithoutNews) {
 // A measurement of the state after, once as an update of both states together, once by filter and smoother.
 TEST(SmoothedBefore, IsTheJointEstimate) {
   const PlaceComponent before = place();
-  const PlacePrediction predicted = predicted_place(before, increment(), ImuNoise{});
+  PlaceComponent predicted = before;
+  Eigen::MatrixXd crossed;
+  predict_place(increment(), ImuNoise{}, predicted, crossed);
   const Eigen::Index n = before.covariance.cols();
   Eigen::MatrixXd joint(2 * n, 2 * n);
-  joint << before.covariance, predicted.crossed.transpose(), predicted.crossed, predicted.component.covariance;
+  joint << before.covariance, crossed.transpose(), crossed, predicted.covariance;
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(4, 2 * n);
   H.block<3, 3>(0, n + tangent::position).setIdentity();
   H(3, 2 * n - 1) = 1.0;
@@ -63,7 +67,7 @@ TEST(SmoothedBefore, IsTheJointEstimate) {
   const Eigen::VectorXd step = gain * measured;
   const Eigen::MatrixXd expected = joint - gain * H * joint;
 
-  PlaceComponent after = predicted.component;
+  PlaceComponent after = predicted;
   after.move(step.tail(n));
   after.covariance = expected.bottomRightCorner(n, n);
   const PlaceComponent found = smoothed_before(before, increment(), after, ImuNoise{});
