@@ -124,7 +124,7 @@ std::vector<VoxelMean> read_means(const std::vector<SurveyDrive>& drives, const 
                       drive.log, survey.out_of_range, platform.suite.lidar.min_range_m,
                       platform.suite.lidar.max_range_m, platform.file_name()));
     }
-    check_poses(drive, "LiDAR points", survey.points, survey.without_pose);
+    check_poses(drive, "LiDAR points", survey.points, survey.without_pose, largest_pose_gap(platform.suite));
     print_drive(drive, survey);
   }
   const std::size_t all = means.size();

@@ -70,7 +70,7 @@ FieldSurvey read_field_drive(const SurveyDrive& drive, const Platform& platform)
                to_seconds(kLargestPoseGap), drive.trajectory_file);
   }
   check_poses(drive, "magnetometer readings", static_cast<std::int64_t>(survey.observations.size()),
-              survey.without_pose);
+              survey.without_pose, kLargestPoseGap);
   return survey;
 }
 

@@ -6,10 +6,46 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "core/middle_value.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/command_files.h"
 
 namespace lodestone {
+
+namespace {
+
+/// Faster than any survey drive. In millimetres, a robot at 0.1 m/s seems to be that fast.
+constexpr double kFastestSurvey_m_s = 100.0;
+
+/// Refuses positions that are not in metres. Single jumps and rests do not matter.
+void check_speed(const SurveyDrive& drive) {
+  std::vector<double> speeds_m_s;
+  const StampedPose* from = drive.trajectory.empty() ? nullptr : &drive.trajectory.front();
+  for (const StampedPose& pose : drive.trajectory) {
+    const double duration_s = to_seconds(pose.time - from->time);
+    if (duration_s < 1.0) continue;
+    speeds_m_s.push_back((pose.pose.position - from->pose.position).norm() / duration_s);
+    from = &pose;
+  }
+  if (speeds_m_s.empty()) return;
+  const double high_m_s = value_at_share(speeds_m_s, 0.9);
+  if (high_m_s < kFastestSurvey_m_s) return;
+  throw InputError(fmt::format(
+      "{}: the robot moves at {:.0f} m/s; expected positions in metres, and less than {:g} m/s; if they are "
+      "in millimetres, divide them by 1000",
+      drive.trajectory_file, high_m_s, kFastestSurvey_m_s));
+}
+
+/// Median time between neighbouring poses, ns.
+Time pose_spacing(const Trajectory& trajectory) {
+  std::vector<Time> spacings;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    spacings.push_back(trajectory[i].time - trajectory[i - 1].time);
+  }
+  return spacings.empty() ? 0 : middle_value(std::move(spacings));
+}
+
+}  // namespace
 
 std::string SurveyFiles::names(const std::vector<std::string>& paths) {
   std::string names;
@@ -43,12 +79,21 @@ std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey, const Vec
   std::vector<SurveyDrive> drives;
   for (std::size_t i = 0; i < survey.logs.size(); ++i) {
     drives.push_back({survey.logs[i], survey.trajectories[i], read_trajectory(survey.trajectories[i], origin_m)});
+    check_speed(drives.back());
   }
   return drives;
 }
 
-void check_poses(const SurveyDrive& drive, const std::string& what, std::int64_t with_pose, std::int64_t without_pose) {
+void check_poses(const SurveyDrive& drive, const std::string& what, std::int64_t with_pose, std::int64_t without_pose,
+                 Time largest_gap) {
   if (with_pose > 0 && without_pose <= with_pose) return;
+  if (const Time spacing = pose_spacing(drive.trajectory); without_pose > 0 && spacing > largest_gap) {
+    throw InputError(fmt::format(
+        "{}: {} of {} {} have no pose, because the poses of {} are {:.3g} s apart (median); expected at most "
+        "{:g} s; write the trajectory with more poses",
+        drive.log, without_pose, with_pose + without_pose, what, drive.trajectory_file, to_seconds(spacing),
+        to_seconds(largest_gap)));
+  }
   const std::string span = fmt::format("{} to {} s", format_stamp(drive.trajectory.front().time),
                                        format_stamp(drive.trajectory.back().time));
   if (with_pose == 0 && without_pose > 0) {

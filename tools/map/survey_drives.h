@@ -38,11 +38,13 @@ struct SurveyDrive {
   Trajectory trajectory;
 };
 
-/// Reads the trajectories less `origin_m`. Throws InputError if their number is not that of the logs, or if one cannot
-/// be read.
+/// Reads the trajectories less `origin_m`. Throws InputError if their number is not that of the logs, if one cannot be
+/// read, or if its positions are not in metres.
 std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey, const Vector3& origin_m = Vector3::Zero());
 
 /// Throws InputError if most of a drive's measurements have no pose. `what`: their name, such as "LiDAR points".
-void check_poses(const SurveyDrive& drive, const std::string& what, std::int64_t with_pose, std::int64_t without_pose);
+/// `largest_gap`: of neighbouring poses, ns.
+void check_poses(const SurveyDrive& drive, const std::string& what, std::int64_t with_pose, std::int64_t without_pose,
+                 Time largest_gap);
 
 }  // namespace lodestone

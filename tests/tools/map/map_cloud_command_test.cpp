@@ -150,6 +150,19 @@ TEST_F(MapCloudCommand, EachMistakeIsOneLine) {
   write_tum(path("far.tum"), trajectory);
   expect_refused("map cloud " + log + " --trajectory " + path("far.tum") + platform, "give one with --origin");
 
+  trajectory = read_trajectory(path("room/truth.tum"));
+  Trajectory sparse;
+  for (const StampedPose& pose : trajectory) {
+    if (sparse.empty() || pose.time >= sparse.back().time + from_seconds(0.5)) sparse.push_back(pose);
+  }
+  write_tum(path("sparse.tum"), sparse);
+  expect_refused("map cloud " + log + " --trajectory " + path("sparse.tum") + platform,
+                 "the poses of " + path("sparse.tum") + " are 0.5 s apart (median); expected at most 0.25 s");
+  for (StampedPose& pose : trajectory) pose.pose.position *= 1e3;
+  write_tum(path("millimetres.tum"), trajectory);
+  expect_refused("map cloud " + log + " --trajectory " + path("millimetres.tum") + platform,
+                 "expected positions in metres, and less than 100 m/s");
+
   Platform other = load_platform(path("room/platform.yaml"));
   other.lidar.topic = "/other/points";
   save_platform(other, path("other.yaml"));
