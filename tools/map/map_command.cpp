@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/mapping/magnetic_map_builder.h"
+#include "core/option_checks.h"
 #include "core/stopwatch.h"
 #include "core/thread_limit.h"
 #include "frontends/configuration/options.h"
@@ -47,9 +48,7 @@ MagneticMapOptions read_options(const MapMagneticCall& call) {
   if (call.method) options.method = enumerator_of<FieldMethod>("--method", *call.method);
   if (call.resolution_m) options.resolution_m = *call.resolution_m;
   if (call.max_sigma_ut) options.max_sigma_ut = *call.max_sigma_ut;
-  if (call.resolution_m && !(*call.resolution_m > 0.0)) {
-    throw InputError(fmt::format("--resolution: expected metres above 0, found {:g}", *call.resolution_m));
-  }
+  if (call.resolution_m) option_checks::within("--resolution", *call.resolution_m, 0.005, 10.0);
   if (call.max_sigma_ut && !(*call.max_sigma_ut > 0.0)) {
     throw InputError(fmt::format("--max-sigma-ut: expected microtesla above 0, found {:g}", *call.max_sigma_ut));
   }
@@ -211,16 +210,18 @@ void map_magnetic(const MapMagneticCall& call) {
   fmt::print("error between drives: {}\n", drive.empty() ? "none found beyond the noise" : drive);
   if (options.clock_sigma_s > 0.0) fmt::print("{}", clock_text(result.errors));
   if (options.offset_sigma_ut > 0.0) fmt::print("{}", offsets_table(result.errors.offsets_ut, platform.suite));
-  fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
-             result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
   throw_if_interrupted();
 
   if (result.nodes == 0) {
     const std::string unreached = unreached_heights(survey.observations, result.map);
     throw InputError(fmt::format("{}: no node of the map has a sigma below {:.3f} uT; nothing is written: {}",
                                  SurveyFiles::names(call.survey.logs), result.map.max_sigma_ut(),
-                                 unreached.empty() ? kSurveyCauses : unreached));
+                                 !unreached.empty()           ? unreached
+                                 : options.max_sigma_ut > 0.0 ? "increase --max-sigma-ut, or omit it"
+                                                              : kSurveyCauses));
   }
+  fmt::print("sigma of the map: median {:.3f} uT, 95 % below {:.3f} uT; no field above {:.3f} uT\n",
+             result.median_sigma_ut, result.high_sigma_ut, result.map.max_sigma_ut());
 
   std::string held_out;
   const Stopwatch testing;

@@ -57,9 +57,9 @@ TEST(MapCommand, EachMistakeIsOneLineAndCodeTwo) {
   expect(run_lodestone("map magnetic /absent.bag" + files + out), "/absent.yaml");
   expect(run_lodestone("map magnetic /absent.bag" + files + (folder / "field.txt").string()), ".yaml");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution -1"),
-         "--resolution: expected metres above 0, found -1");
-  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution 0"),
-         "--resolution: expected metres above 0, found 0");
+         "--resolution: expected a number from 0.005 to 10, found -1");
+  expect(run_lodestone("map magnetic /absent.bag" + files + out + " --resolution 0.001"),
+         "--resolution: expected a number from 0.005 to 10, found 0.001");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --max-sigma-ut -2"),
          "--max-sigma-ut: expected microtesla above 0");
   expect(run_lodestone("map magnetic /absent.bag" + files + out + " --method curl-fre"),
@@ -157,6 +157,11 @@ TEST(MapCommand, SeveralLogsAndPausesGiveTheMapOfOneLog) {
   };
   const std::string of = " --trajectory " + in + "survey.tum ";
   build(in + "survey.bag" + of, "whole");
+  const ProgramResult none = run_lodestone("map magnetic " + in + "survey.bag" + of + "--platform " + in +
+                                           "platform.yaml --max-sigma-ut 0.001 --out " + in + "none.yaml");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.errors, HasSubstr("increase --max-sigma-ut, or omit it"));
+  EXPECT_THAT(none.output, Not(HasSubstr("median nan")));
   for (const std::string part : {"--to", "--from"}) {
     const ProgramResult result = run_lodestone("convert " + in + "survey.bag " + part + " " + std::to_string(middle_s) +
                                                " --out " + in + "part" + part + ".bag");
