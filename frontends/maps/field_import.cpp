@@ -127,6 +127,8 @@ class Importer {
          "magnetic`");
   }
 
+  static bool has_field(const FieldTableRow& row) { return !std::isnan(row.field[0] + row.field[1] + row.field[2]); }
+
   std::vector<double> positions(std::size_t axis) const {
     std::vector<double> values;
     values.reserve(table_.rows.size());
@@ -148,9 +150,13 @@ class Importer {
     fail_scattered(fmt::format("the positions' {} are not evenly spaced", name));
   }
 
-  /// Heights at which most nodes exist.
+  /// Heights at which most nodes with field exist. A layer without field would leave none between it and the next.
   std::vector<double> find_heights() const {
-    const std::vector<double> values = positions(2);
+    std::vector<double> values;
+    for (const FieldTableRow& row : table_.rows) {
+      if (has_field(row)) values.push_back(row.position[2]);
+    }
+    if (values.empty()) fail("no line has a field");
     for (const double scatter : scatters_m) {
       std::vector<double> heights = cluster_centres(values, scatter);
       if (static_cast<double>(x_.count) * y_.count * static_cast<double>(heights.size()) <
@@ -231,7 +237,7 @@ class Importer {
   void place_rows(double factor) {
     constexpr double largest_ut = 1e6;  // near a magnet
     for (const FieldTableRow& row : table_.rows) {
-      if (std::isnan(row.field[0] + row.field[1] + row.field[2])) continue;
+      if (!has_field(row)) continue;
       for (const double value : {row.field[0], row.field[1], row.field[2], std::max(row.sigma, 0.0)}) {
         if (std::abs(value * factor) < largest_ut) continue;
         throw InputError(fmt::format("{}:{}: {:g} microtesla is not a valid field; expected less than {:g}", path_,

@@ -211,6 +211,11 @@ class TableReader {
   }
 
   void parse_numbers(const std::vector<std::string_view>& cells) {
+    // Trailing tabs, which end empty cells, were trimmed.
+    const auto expected = static_cast<std::size_t>(*std::max_element(places_.begin(), places_.end())) + 1;
+    if (cells.size() < expected && separator_ != '\t') {
+      fail(fmt::format("expected {} columns, found {}; complete the line or remove it", expected, cells.size()));
+    }
     FieldTableRow row;
     row.line = number_;
     for (std::size_t column = 0; column < columns; ++column) {

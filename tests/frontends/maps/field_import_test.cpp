@@ -208,6 +208,11 @@ TEST_F(FieldImport, MissingNodesAreWithoutField) {
   EXPECT_EQ(imported.in_cells, 34);
   EXPECT_FALSE(imported.map.query({3.28, -1.82, 0.12}, FieldInterpolation::bilinear));
   EXPECT_TRUE(imported.map.query({3.05, -1.95, 0.12}, FieldInterpolation::bilinear));
+  for (const std::string empty : {"nan,nan,nan", ",,"}) {
+    const ImportedField other = import(table(style) + "3.3,-1.8,2.5," + empty + "\n");
+    EXPECT_EQ(other.map.grid().heights_m.size(), 1U) << "a layer without field is none";
+    EXPECT_TRUE(other.map.query({3.05, -1.95, 0.3}, FieldInterpolation::bilinear));
+  }
   style.has = [](int row, int column) { return column < 2 || (row == 0 && column == 6); };
   EXPECT_EQ(import(table(style)).in_cells, 10) << "a node alone has no cell";
 }
@@ -238,6 +243,7 @@ TEST_F(FieldImport, SaysWhatIsWrong) {
   EXPECT_THAT(error("1,2,3\n"), HasSubstr("3 columns without names"));
   EXPECT_THAT(error("# nothing\n"), HasSubstr("there is no line of numbers"));
   EXPECT_THAT(error(table(style) + "3,4,five,1,2,3\n"), HasSubstr("field.csv:37: 'five' is not a number, in column 3"));
+  EXPECT_THAT(error(table(style) + "3.1,-2.0,1\n"), HasSubstr("field.csv:37: expected 6 columns, found 3"));
   EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,2,3\n"), HasSubstr("have the same position, x 3, y -2"));
   EXPECT_THAT(error(table(style) + "3.0,-2.0,0.12,1,inf,3\n"),
               HasSubstr("field.csv:37: inf microtesla is not a valid field"));
