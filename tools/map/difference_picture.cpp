@@ -34,6 +34,8 @@ PlanExtent drawn_extent(const PlanRaster& change) {
   return extent;
 }
 
+constexpr double kRing = 11.0;  ///< radius of the ring around the largest change, logical pixels
+
 /// A white and black ring, visible on every colour.
 void draw_ring(Canvas& canvas, CanvasPoint center, double radius) {
   constexpr int corners = 40;
@@ -74,7 +76,9 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
   const PlanSheet sheet = plan_sheet(drawn_extent(change), 76.0);
   const CanvasBox& box = sheet.box;
   Canvas canvas(sheet.width, sheet.height);
-  canvas.text({box.left, 14.0}, title, ink::title, ink::text, Anchor::begin, Anchor::begin);
+  const double room = sheet.width - box.left - 10.0;
+  const double title_size = std::min(ink::title, ink::title * room / canvas.text_width(title, ink::title));
+  canvas.text({box.left, 14.0}, title, title_size, ink::text, Anchor::begin, Anchor::begin);
   canvas.text({box.left, 42.0},
               fmt::format("{:.1f} m² compared; mean {:.2f}, 95 % below {:.2f}, largest {:.2f} µT",
                           difference.compared_m2, difference.mean_ut, difference.high_ut, difference.largest_ut),
@@ -87,17 +91,18 @@ void draw_difference_picture(const std::filesystem::path& path, const MagneticDi
   shade_raster(canvas, box, extent, change, scale, ColorRamp::heat, RasterInterpolation::nearest);
   draw_color_bar(canvas, sheet.color_bar(), scale, ColorRamp::heat, "|ΔB| µT",
                  difference.largest_ut > 1.001 * scale.high);
-  // The ring's text has the number of its place.
-  const bool ring_is_first = !places.empty() && (places.front().largest_at - difference.largest_at).head<2>().norm() <
-                                                    0.5 * difference.grid.resolution_m;
+  // The ring's text has the number of its place, which would be below this text otherwise.
+  const auto on_canvas = [&axes](const Vector3& at) { return axes.at(at.x(), at.y()); };
+  const CanvasPoint largest = on_canvas(difference.largest_at);
+  const auto in_ring = [&](CanvasPoint at) { return std::hypot(at.x - largest.x, at.y - largest.y) < kRing; };
+  const bool ring_is_first = !places.empty() && in_ring(on_canvas(places.front().largest_at));
   for (std::size_t i = ring_is_first ? 1 : 0; i < std::min<std::size_t>(places.size(), 10); ++i) {
     const double radius = std::sqrt(places[i].area_m2 / M_PI) / extent.width() * box.width();
-    draw_number(canvas, box, axes.at(places[i].largest_at.x(), places[i].largest_at.y()), radius, i + 1);
+    draw_number(canvas, box, on_canvas(places[i].largest_at), radius, i + 1);
   }
   if (difference.nodes > 0) {
-    const CanvasPoint at = axes.at(difference.largest_at.x(), difference.largest_at.y());
-    draw_ring(canvas, at, 11.0);
-    draw_note(canvas, box, {at.x + 18.0, at.y},
+    draw_ring(canvas, largest, kRing);
+    draw_note(canvas, box, {largest.x + 18.0, largest.y},
               fmt::format("{}{:.1f} µT at {:.2f}, {:.2f} m", ring_is_first ? "1: " : "", difference.largest_ut,
                           difference.largest_at.x(), difference.largest_at.y()),
               ink::letter);

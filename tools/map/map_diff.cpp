@@ -40,9 +40,10 @@ Shares shares_of(const MagneticDifference& difference) {
 
 void refuse_disjoint(const MapDiffCall& call, const MagneticMap& first, const MagneticMap& second) {
   const auto span = [](const FieldGrid& grid) {
-    return fmt::format("x {:.2f} to {:.2f}, y {:.2f} to {:.2f} m", grid.origin.x(),
+    return fmt::format("x {:.2f} to {:.2f}, y {:.2f} to {:.2f}, z {:.2f} to {:.2f} m", grid.origin.x(),
                        grid.origin.x() + grid.resolution_m * (grid.columns - 1), grid.origin.y(),
-                       grid.origin.y() + grid.resolution_m * (grid.rows - 1));
+                       grid.origin.y() + grid.resolution_m * (grid.rows - 1), grid.heights_m.front(),
+                       grid.heights_m.back());
   };
   throw InputError(
       fmt::format("the maps do not overlap: {} spans {}, {} spans {}; compare maps of one site, in one "
@@ -127,6 +128,14 @@ void print_figures(const MapDiffCall& call, const MagneticDifference& difference
   if (places.size() > most) fmt::print("  ... {} more in places.csv\n", places.size() - most);
 }
 
+/// Names without folders if they differ.
+std::string difference_title(const MapDiffCall& call) {
+  const std::string first = std::filesystem::path(call.first).filename().string();
+  const std::string second = std::filesystem::path(call.second).filename().string();
+  return first != second ? fmt::format("Change of the field from {} to {}", first, second)
+                         : fmt::format("Change of the field from {} to {}", call.first, call.second);
+}
+
 void map_diff(const MapDiffCall& call) {
   if (!(call.threshold_ut > 0.0) || !std::isfinite(call.threshold_ut)) {
     throw InputError(fmt::format("--threshold-ut: expected microtesla above 0, found {}", call.threshold_ut));
@@ -149,8 +158,7 @@ void map_diff(const MapDiffCall& call) {
   print_figures(call, difference, significance, places);
   write_magnetic_difference(difference, call.first, call.second, (out / "difference.yaml").string());
   write_text_file(out / "places.csv", to_csv(places));
-  draw_difference_picture(out / "picture", difference, places,
-                          fmt::format("Change of the field from {} to {}", call.first, call.second));
+  draw_difference_picture(out / "picture", difference, places, difference_title(call));
   write_text_file(out / "diff.json", to_json(call, difference, significance, places));
   fmt::print("wrote {}/: picture.png, .pdf and .svg, difference.yaml with difference.tif, places.csv, diff.json\n",
              call.out);

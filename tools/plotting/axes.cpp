@@ -30,7 +30,9 @@ std::vector<double> decade_ticks(double low, double high) {
 }
 
 std::string tick_text(double value) {
-  return fmt::format("{:.6g}", std::abs(value) < 1e-12 ? 0.0 : value);
+  // Coordinates of a country have seven digits before the point.
+  const int digits = std::abs(value) < 1e8 ? 10 : 6;
+  return fmt::format("{:.{}g}", std::abs(value) < 1e-12 ? 0.0 : value, digits);
 }
 
 double Scale::share(double value) const {

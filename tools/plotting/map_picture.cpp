@@ -32,17 +32,22 @@ PlanExtent drawn_extent(const MagneticMap* map, const Trajectory& truth, const s
   return extent;
 }
 
+struct StrengthRange {
+  Scale scale;
+  bool is_cut = false;  ///< a node is stronger
+};
+
 /// Colours range from the 1 % to the 99 % quantile, so that single strong nodes do not dominate the scale.
-Scale strength_range(const MagneticMap& map) {
+StrengthRange strength_range(const MagneticMap& map) {
   std::vector<float> strengths;
   map.for_each_node([&](const Eigen::Vector4f& node) {
     if (node(3) <= map.max_sigma_ut()) strengths.push_back(node.head<3>().norm());
   });
-  if (strengths.empty()) return {0.0, 1.0};
+  if (strengths.empty()) return {};
   const cv::Mat1f values(strengths);
   Scale scale{quantile(values, 0.01), quantile(values, 0.99)};
   if (scale.high - scale.low < 0.1) scale = {scale.low - 0.05, scale.high + 0.05};
-  return scale;
+  return {scale, *std::max_element(strengths.begin(), strengths.end()) > 1.001 * scale.high};
 }
 
 void draw_field(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, double height, const Scale& strength) {
@@ -98,9 +103,9 @@ void draw_map_picture(const std::filesystem::path& path, const MagneticMap* map,
 
   Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
   if (map != nullptr) {
-    const Scale strength = strength_range(*map);
-    draw_field(canvas, sheet, *map, mean_height(leading), strength);
-    draw_color_bar(canvas, sheet.color_bar(), strength, ColorRamp::heat, "|B| µT");
+    const StrengthRange strength = strength_range(*map);
+    draw_field(canvas, sheet, *map, mean_height(leading), strength.scale);
+    draw_color_bar(canvas, sheet.color_bar(), strength.scale, ColorRamp::heat, "|B| µT", strength.is_cut);
   } else {
     axes.grid(sheet.x_ticks, sheet.y_ticks);
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tools/plotting/axes.h"
+
 namespace lodestone {
 
 void PlanExtent::include(double x, double y) {
@@ -48,11 +50,16 @@ PlanSheet plan_sheet(const PlanExtent& extent, double top) {
 
   PlanSheet sheet;
   sheet.extent = {extent.x_low - spare_x, extent.x_high + spare_x, extent.y_low - spare_y, extent.y_high + spare_y};
-  sheet.box = {100.0, top, 100.0 + width, top + height};
-  sheet.width = sheet.box.right + 120.0;
-  sheet.height = sheet.box.bottom + 70.0;
   sheet.x_ticks = static_cast<int>(width / 110.0);
   sheet.y_ticks = std::max(2, static_cast<int>(height / 80.0));
+  std::size_t letters = 0;
+  for (const double y : round_ticks(sheet.extent.y_low, sheet.extent.y_high, sheet.y_ticks)) {
+    letters = std::max(letters, tick_text(y).size());
+  }
+  const double left = std::max(100.0, 42.0 + 9.0 * static_cast<double>(letters));  // georeferenced y is long
+  sheet.box = {left, top, left + width, top + height};
+  sheet.width = sheet.box.right + 120.0;
+  sheet.height = sheet.box.bottom + 70.0;
   return sheet;
 }
 

@@ -44,6 +44,20 @@ TEST(DifferencePicture, NumbersTheLargestPlaceAndMarksACutScale) {
   EXPECT_THAT(svg, HasSubstr(">≥ 0.1<"));
 }
 
+TEST(DifferencePicture, ALongTitleFitsAndAPlaceWithinTheRingHasItsNumberThere) {
+  const TemporaryFolder folder;
+  const MagneticDifference difference = two_changes();
+  std::vector<ChangedPlace> places = changed_places(difference, significance_of(difference), 5.0, 0.05);
+  ASSERT_EQ(places.size(), 2U);
+  places.front().largest_at.x() += 0.4;  // 8 logical pixels at 20 pixels a metre
+  draw_difference_picture(folder / "change.svg", difference, places, std::string(300, 'm'));
+  const std::string svg = content_of(folder / "change.svg");
+  EXPECT_THAT(svg, HasSubstr(">1: 40.0 µT at 115.50, 220.50 m<"));
+  EXPECT_THAT(svg, Not(HasSubstr(">1<")));
+  const std::size_t size = svg.find("font-size=\"") + 11;
+  EXPECT_LT(std::stod(svg.substr(size)), 6.0) << "300 letters on a sheet of 1,420";
+}
+
 TEST(DifferencePicture, NumbersEachPlaceIfTheRingIsElsewhere) {
   const TemporaryFolder folder;
   const MagneticDifference difference = two_changes();

@@ -83,7 +83,8 @@ TEST(MapDiffCommand, EachMistakeIsOneLineAndCodeTwo) {
   write_bump_map(folder / "far.yaml", 50.0, 0.0F);
   const std::string a = (folder / "a.yaml").string();
   const std::string out = " --out " + (folder / "out").string();
-  expect_refused("map diff " + a + " " + (folder / "far.yaml").string() + out, "the maps do not overlap");
+  expect_refused("map diff " + a + " " + (folder / "far.yaml").string() + out,
+                 "y 0.00 to 3.00, z 0.10 to 0.10 m; compare maps of one site");
   expect_refused("map diff " + a + " /absent.yaml" + out, "/absent.yaml");
   expect_refused("map diff " + a + " " + a + out + " --threshold-ut 0", "--threshold-ut");
   expect_refused("map diff " + a + " " + a + out + " --level 1", "--level");

@@ -117,6 +117,20 @@ TEST_F(Pictures, AMapAloneIsCalledOneAndHasNoLegend) {
   EXPECT_LT(height(alone), height(driven));
 }
 
+TEST_F(Pictures, AGeoreferencedMapHasWholeCoordinates) {
+  FieldGrid grid{0.5, {431999.5, 4582999.5}, 81, 61, {0.3}};
+  std::vector<Eigen::Vector4f> nodes(81 * 61, Eigen::Vector4f(20.0F, 0.0F, -40.0F, 0.4F));
+  nodes[500].z() = -90.0F;
+  const MagneticMap map(grid, nodes, 10.0);
+  draw_map_picture(file("georeferenced"), &map, {}, {});
+  const std::string svg = content_of(file("georeferenced").string() + ".svg");
+  EXPECT_THAT(svg, ::testing::HasSubstr(">4583010<"));
+  EXPECT_THAT(svg, ::testing::HasSubstr(">432010<"));
+  EXPECT_THAT(svg, ::testing::HasSubstr(">≥ ")) << "one node is stronger than the scale";
+  EXPECT_EQ(tick_text(432000.5), "432000.5");
+  EXPECT_EQ(tick_text(0.1 * 3), "0.3");
+}
+
 TEST_F(Pictures, OfASquareSiteWithoutLostEstimates) {
   MadeUpRun run = made_up_run();
   run.series.pop_back();
