@@ -42,6 +42,7 @@ struct ShiftCall {
 void shift_cloud(const ShiftCall& call) {
   const Vector3 none = Vector3::Zero();
   WarningLog warnings;
+  make_folder_of(call.out);
   PointCloudWriter writer(call.out, call.back ? call.origin_m : none);
   stream_point_cloud(
       call.file, warnings,

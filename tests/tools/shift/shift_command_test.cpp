@@ -32,8 +32,8 @@ TEST_F(ShiftCommand, ACloudGoesToTheCountryAndBack) {
   WarningLog warnings;
   const Vector3 near = origin_m - Vector3(1000.0, 0.0, 0.0);
   EXPECT_EQ(read_point_cloud(path("country.ply"), warnings, near)[0], Eigen::Vector3f(1001.25F, -2.5F, 0.125F));
-  expect_done("shift " + path("country.ply") + kOrigin + "--out " + path("again.pcd"));
-  EXPECT_EQ(content_of(path("again.pcd")), content_of(path("site.pcd")));
+  expect_done("shift " + path("country.ply") + kOrigin + "--out " + path("new/again.pcd"));
+  EXPECT_EQ(content_of(path("new/again.pcd")), content_of(path("site.pcd")));
   expect_refused("shift " + path("site.pcd") + kOrigin + "--back --out " + path("country.pcd"), "ending in .ply");
 }
 
