@@ -48,11 +48,14 @@ Findings check_map(const PlaneMapSource& map, const PlaneMapOptions& options, st
        ""});
   const DoubleSurfaces twice = find_double_surfaces(points, kVoxelsAnEdge * map.voxel_m());
   if (twice.found > 0) {
-    findings.push_back({twice.share() > kManyTwice ? Severity::warning : Severity::note, "map.double",
+    const bool many = twice.share() > kManyTwice;
+    findings.push_back({many ? Severity::warning : Severity::note, "map.double",
                         fmt::format("{:.1f} % of the cloud's flat places hold two surfaces, {:.0f} mm apart (median; "
                                     "{} of {})",
                                     100.0 * twice.share(), 1e3 * twice.distance_m, twice.found, twice.looked_at),
-                        "align the drives of the survey with each other and make the cloud again"});
+                        many ? "align the drives of the survey with each other, check T_imu_lidar and the range errors "
+                               "of the LiDAR's beams, and make the cloud again"
+                             : ""});
   }
   return findings;
 }

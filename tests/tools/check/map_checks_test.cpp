@@ -42,6 +42,24 @@ TEST(CheckMap, SaysHowThickAndHowDenselyCoveredTheMapIs) {
   EXPECT_NEAR(std::stod(found[0].seen.substr(density + 5)), 900.0, 30.0) << found[0].seen;
 }
 
+TEST(CheckMap, ARemedyIsForManyDoubleSurfacesOnly) {
+  const PlaneMapOptions options;
+  for (const float reach_m : {0.5F, 5.0F}) {  // 2.5 and 25 % of the floor
+    std::vector<Eigen::Vector3f> points = floor_and_bush(900, 0.002);
+    for (std::size_t i = 0; i < points.size(); i += 2) {
+      if (points[i].x() < reach_m && points[i].y() < 5.0F) points[i].z() += 0.03F;
+    }
+    const auto map = std::make_shared<PlaneMap>(points, options);
+    const Findings found = check_map(*map, options, points);
+    ASSERT_EQ(found.size(), 2U);
+    EXPECT_EQ(found[1].kind, "map.double");
+    const bool many = reach_m > 1.0F;
+    EXPECT_EQ(found[1].severity, many ? Severity::warning : Severity::note) << found[1].seen;
+    EXPECT_EQ(found[1].change.find("T_imu_lidar") != std::string::npos, many);
+    EXPECT_EQ(found[1].change.empty(), !many);
+  }
+}
+
 TEST(CheckMap, RefusesACloudWithoutPlanes) {
   const PlaneMapOptions options;
   std::vector<Eigen::Vector3f> points;  // a cable
