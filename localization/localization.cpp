@@ -29,6 +29,15 @@ void check_within_map(const Site& site, const Pose& pose, Time time, WarningLog&
       return (plane.center.cast<double>() - p).squaredNorm() < reach * reach;
     });
     if (!seen) {
+      bool has_plane = false;
+      site.planes->for_each_voxel(
+          [&](const Eigen::Vector3i&, const Plane* plane) { has_plane = has_plane || plane != nullptr; });
+      if (!has_plane) {
+        throw InputError(fmt::format(
+            "{}: no voxel of {:g} m of this map holds a plane; expected metres, and at least six points in most voxels "
+            "on a surface; correct the unit, use a denser cloud, or increase lidar.map.voxel_m",
+            site.files.cloud, site.planes->voxel_m()));
+      }
       throw InputError(fmt::format(
           "{}: this map has no plane within the LiDAR's range of {} m of the initial pose ({:.2f} {:.2f} {:.2f}); "
           "check --initial-pose and the map's frame",

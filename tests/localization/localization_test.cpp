@@ -182,6 +182,14 @@ TEST_F(Localize, RefusesWrongInputBeforeTheFirstEstimate) {
   EstimateCollector estimates;
   task_.initial_pose = Pose{Quaternion::Identity(), {500.0, 0.0, 0.0}};
   EXPECT_THROW(localize(path("log.bag"), site_, task_, estimates), InputError);
+  write_point_cloud(path("thin.pcd"), {{0.1F, 0.1F, 0.1F}, {3.1F, 0.1F, 0.1F}});
+  const Site thin = load_site(path("platform.yaml"), RunOptions{}, {path("thin.pcd"), ""});
+  try {
+    localize(path("log.bag"), thin, task_, estimates);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no voxel of 0.25 m of this map holds a plane; expected metres"));
+  }
   task_.initial_pose = MapOrigin{};
   task_.estimator = "smother";
   EXPECT_THROW(localize(path("log.bag"), site_, task_, estimates), InputError);
