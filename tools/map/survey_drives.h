@@ -38,8 +38,8 @@ struct SurveyDrive {
   Trajectory trajectory;
 };
 
-/// Reads the trajectories less `origin_m`. Throws InputError if their number is not that of the logs, if one cannot be
-/// read, or if its positions are not in metres.
+/// Reads the trajectories less `origin_m`. Throws InputError if their number is not that of the logs, if a log is given
+/// twice, if a trajectory cannot be read, or if its positions are not in metres.
 std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey, const Vector3& origin_m = Vector3::Zero());
 
 /// Throws InputError if most of a drive's measurements have no pose. `what`: their name, such as "LiDAR points".

@@ -140,6 +140,9 @@ TEST_F(MapCloudCommand, EachMistakeIsOneLine) {
   expect_refused(good + out + " --max-range 0.1", "correct these keys, or --max-range");
   expect_refused(good + out + " --min-points 1000", "lower --min-points");
   expect_refused("map cloud " + log + " " + log + drive_options("room") + out, "found 1 for 2 (log.bag, log.bag)");
+  expect_refused("map cloud " + log + " " + path("room/../room/log.bag") + " --trajectory " + path("room/truth.tum") +
+                     drive_options("room") + out,
+                 "room/../room/log.bag: the log is given twice");
 
   Trajectory trajectory = read_trajectory(path("room/truth.tum"));
   for (StampedPose& pose : trajectory) pose.time += from_seconds(100.0);
