@@ -155,7 +155,9 @@ void PlyVertices::find_coordinates() {
           fmt::format("{}: the points have no field '{}'; the file has {}", path_, name, join_names(names)));
     }
     if (property->type != 'F' || property->count_size > 0) {
-      throw InputError(fmt::format("{}: the field '{}' is not a floating-point number", path_, name));
+      throw InputError(fmt::format(
+          "{}: the field '{}' is not a floating-point number; write x, y and z as floats or doubles, in metres", path_,
+          name));
     }
     coordinates_[row] = static_cast<std::size_t>(property - found->properties.begin());
   }

@@ -72,7 +72,9 @@ struct PositionLayout {
             fmt::format("{}: the points have no field '{}'; the file has {}", path, name, join_names(names)));
       }
       if (field->type != 'F' || (field->size != 4 && field->size != 8)) {
-        throw InputError(fmt::format("{}: the field '{}' is not a floating-point number", path, name));
+        throw InputError(fmt::format(
+            "{}: the field '{}' is not a floating-point number; write x, y and z as floats or doubles, in metres", path,
+            name));
       }
       coordinates[row] = {field->offset, field->size == 8};
     }

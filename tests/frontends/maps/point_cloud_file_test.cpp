@@ -219,6 +219,16 @@ TEST(PointCloudFile, SaysWhatIsWrong) {
   EXPECT_THAT(cloud_error(folder / "huge.ply"), HasSubstr("ends too early"));
   write_text(folder / "flat.ply", header + "property uchar red\nend_header\n");
   EXPECT_THAT(cloud_error(folder / "flat.ply"), HasSubstr("no field 'z'; the file has x, y, red"));
+  write_text(
+      folder / "whole.ply",
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int y\nproperty int z\nend_header\n1 2 3\n");
+  EXPECT_THAT(cloud_error(folder / "whole.ply"),
+              HasSubstr("whole.ply: the field 'x' is not a floating-point number; write x, y and z as floats"));
+  write_text(folder / "whole.pcd",
+             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE I I I\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\n"
+             "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n1 2 3\n");
+  EXPECT_THAT(cloud_error(folder / "whole.pcd"),
+              HasSubstr("whole.pcd: the field 'x' is not a floating-point number; write x, y and z as floats"));
 }
 
 TEST(PointCloudFile, ReadsRealMaps) {
