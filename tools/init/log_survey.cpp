@@ -220,14 +220,20 @@ const SurveyedTopic* chosen_lidar(const LogSurvey& survey) {
 
 const SurveyedTopic& chosen_imu(const LogSurvey& survey) {
   const SurveyedTopic* best = nullptr;
+  std::string reasons;
   for (const SurveyedTopic& topic : survey.topics) {
-    if (topic.sensor != Sensor::imu || topic.refused) continue;
+    if (topic.sensor != Sensor::imu) continue;
+    if (topic.refused) {
+      reasons += fmt::format("{}{}", reasons.empty() ? "" : "; ", topic.refused->what());
+      continue;
+    }
     if (best == nullptr || topic.info.messages > best->info.messages) best = &topic;
   }
   if (best != nullptr) return *best;
-  throw no_topic(survey, "an IMU (sensor_msgs/Imu)",
-                 "record the IMU, or write the platform file by hand with imu.angular_velocity and "
-                 "imu.linear_acceleration as paths in a message of another type");
+  throw no_topic(survey, "an IMU that can be read (sensor_msgs/Imu)",
+                 reasons.empty() ? "record the IMU, or write the platform file by hand with imu.angular_velocity and "
+                                   "imu.linear_acceleration as paths in a message of another type"
+                                 : reasons);
 }
 
 std::string other_topics(const LogSurvey& survey, const SurveyedTopic& chosen) {

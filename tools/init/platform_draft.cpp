@@ -252,7 +252,8 @@ class PlatformDraft {
       FieldUnit& unit = platform_.magnetometers[i].unit;
       options_detail::parse_name(fitting, unit);
       comment(fmt::format("magnetometers[{}].unit", i),
-              fitting.empty()
+              magnitudes.empty() ? "guess: the first messages have no finite reading"
+              : fitting.empty()
                   ? fmt::format("guess: the median magnitude is {:.3g}, which is near the earth's field in no "
                                 "unit",
                                 as_written)

@@ -343,6 +343,20 @@ TEST_F(PlatformDraftTest, ALogWithoutALidarOrAnImuIsRefusedWithItsTopics) {
   write(floating, "log.bag");
   EXPECT_THAT(testing::message_of<InputError>([&]() { draft({"log.bag"}); }),
               AllOf(HasSubstr("there is no topic of an IMU"), HasSubstr("/ouster/points (sensor_msgs/PointCloud2, ")));
+  TopicInfo broken;
+  broken.name = "/imu/broken";
+  broken.type = "sensor_msgs/Imu";
+  broken.md5 = "6a62c6daae103f4ff57a132d6f95cec2";
+  broken.definition = "Header header";
+  ros1::BagWriter writer(folder_ / "broken.bag", Codec::none);
+  const std::uint8_t byte = 0;
+  writer.write(broken, {1'700'000'000'000'000'000, 0, &byte, 1});
+  writer.close();
+  EXPECT_THAT(testing::message_of<InputError>([&]() {
+                draft({"log.bag", "broken.bag"});
+              }),
+              AllOf(HasSubstr("there is no topic of an IMU that can be read (sensor_msgs/Imu); "),
+                    HasSubstr("topic /imu/broken, recorded at ")));
 }
 
 }  // namespace
