@@ -10,6 +10,9 @@ namespace {
 /// A sensor is silent if the others are this far ahead in log time.
 constexpr Time patience = 1'000'000'000;
 
+/// Share of a scan that may be older than the previous scan's end, since stamps jitter.
+constexpr double overlap_share = 0.1;
+
 /// Up to this number of IMU periods, missing samples at a log's begin or end cause no warning.
 constexpr Time tolerated_imu_periods = 2;
 
@@ -110,6 +113,27 @@ Time Synchronizer::begin_of(const LidarScan& scan) const {
   return scan.end - scan.start < period_ / 2 ? scan.end - period_ : scan.start;
 }
 
+/// Discards points from before the previous scan's end: a bundle has no IMU samples from there, and estimators cannot
+/// correct the motion. Returns false if hardly anything of the scan is later.
+bool Synchronizer::cut_overlap(LidarScan& scan) {
+  const Time most = from_seconds(overlap_share * to_seconds(scan.end - scan.start));
+  const Time early = previous_end_ - scan.start;
+  const auto is_late = [](const LidarPoint& point) { return point.offset_ns > 0; };
+  if (early <= most || std::none_of(scan.points.begin(), scan.points.end(), is_late)) return true;
+  const bool remains = scan.end - previous_end_ > most;
+  const auto points = static_cast<std::int64_t>(scan.points.size());
+  const auto discarded =
+      std::erase_if(scan.points, [early](const LidarPoint& point) { return point.offset_ns <= early; });
+  warnings_.add("lidar.overlap",
+                fmt::format("the scan {} begins {:.3f} s before the end of the one before; its points from before were "
+                            "discarded; several LiDARs need a topic each, with further_lidars in the platform file",
+                            at(scan.start), to_seconds(early)),
+                scan.start, remains ? static_cast<std::int64_t>(discarded) : points);
+  for (LidarPoint& point : scan.points) point.offset_ns -= static_cast<std::int32_t>(early);
+  scan.start = previous_end_;
+  return remains;
+}
+
 /// Plans the next step: a scan, or an empty scan during a LiDAR outage. Returns false at the end of the log.
 bool Synchronizer::plan(LidarScan& scan) {
   if (!choice_.lidar) {
@@ -137,6 +161,10 @@ bool Synchronizer::plan(LidarScan& scan) {
           "lidar.late_scan",
           "a scan ends before the previous one, or arrived too late, and was discarded " + at(scans_.front().end),
           scans_.front().end);
+      scans_.pop_front();
+      continue;
+    }
+    if (started_ && !cut_overlap(scans_.front())) {
       scans_.pop_front();
       continue;
     }

@@ -16,9 +16,9 @@ namespace lodestone {
 /// whole period before its end. If the log's first scan has no duration, its bundle has one IMU sample.
 ///
 /// Deterministic, with constant memory: one or two scans and about a second of samples. Counted in `warnings`:
-/// lidar.before_imu, lidar.after_imu, lidar.late_scan (discarded scans), lidar.silent (inserted empty bundles),
-/// imu.held (the last sample is repeated for a missing one), imu.late, magnetometer.late and wheels.late (discarded
-/// samples).
+/// lidar.before_imu, lidar.after_imu, lidar.late_scan (discarded scans), lidar.overlap (discarded points from before
+/// the previous scan's end), lidar.silent (inserted empty bundles), imu.held (the last sample is repeated for a missing
+/// one), imu.late, magnetometer.late and wheels.late (discarded samples).
 class Synchronizer {
  public:
   /// `source` and `warnings` must outlive this. Sensors that are not chosen are not waited for.
@@ -33,6 +33,7 @@ class Synchronizer {
   void add(const ImuSample& sample);
   void add(const MagneticSample& sample);
   void add(const WheelSample& sample);
+  bool cut_overlap(LidarScan& scan);
   bool plan(LidarScan& scan);
   bool plan_empty(Time length, LidarScan& scan) const;
   bool imu_reaches(Time time) const { return !imu_.empty() && imu_.back().time >= time; }
