@@ -80,6 +80,11 @@ MeasurementList::MeasurementList(std::vector<Measurement> measurements, const Se
   for (const Measurement& measurement : measurements_) {
     const std::string sensor = std::visit(check, measurement);
     const Time time = completion_time(measurement);
+    const auto* scan = std::get_if<LidarScan>(&measurement);
+    if (const Time begin = scan == nullptr ? time : scan->start; begin < 0 || time > farthest_time) {
+      refuse(sensor, begin < 0 ? begin : time,
+             "expected a stamp from 0 to 4e18 ns; add the same time to all stamps, also to those of trajectories");
+    }
     const auto [previous, is_first] = newest.try_emplace(sensor, time);
     if (!is_first && previous->second == time) refuse(sensor, time, "two samples have this stamp; remove one");
     previous->second = time;

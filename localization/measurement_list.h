@@ -14,8 +14,8 @@ namespace lodestone {
 class MeasurementList final : public MeasurementSource {
  public:
   /// `measurements`: in any order. Throws InputError for a value that is not finite, an index of a magnetometer or
-  /// LiDAR that `suite` lacks, a scan that ends before its start or has a point outside of its time, and equal stamps
-  /// of one sensor.
+  /// LiDAR that `suite` lacks, a scan that ends before its start or has a point outside of its time, stamps below 0 or
+  /// beyond `farthest_time`, and equal stamps of one sensor.
   MeasurementList(std::vector<Measurement> measurements, const SensorSuite& suite);
 
   bool next(Measurement& measurement) override;

@@ -238,6 +238,9 @@ TEST(MeasurementListTest, RefusesWhatEstimatorsCannotUse) {
   refused({MagneticSample{0, 2, {}}}, "magnetometer 2");
   refused({MagneticSample{0, -1, {}}}, "magnetometer -1");
   refused({ImuSample{.time = 7}, ImuSample{.time = 7}}, "two samples have this stamp");
+  refused({ImuSample{.time = -1}}, "expected a stamp from 0");
+  refused({LidarScan{.start = -1, .end = 7, .points = {}}}, "expected a stamp from 0");
+  refused({ImuSample{.time = farthest_time + 1}}, "expected a stamp from 0");
   LidarScan scan;
   scan.end = 100;
   scan.points.resize(1);
