@@ -43,22 +43,6 @@ std::string write_value(const std::vector<double>& value) {
   return text += "]";
 }
 
-std::string type_name(bool) {
-  return "true|false";
-}
-std::string type_name(int) {
-  return "whole number";
-}
-std::string type_name(double) {
-  return "number";
-}
-std::string type_name(const std::string&) {
-  return "text";
-}
-std::string type_name(const std::vector<double>&) {
-  return "list of numbers";
-}
-
 }  // namespace options_detail
 
 ConfigurationNode load_configuration(const std::vector<std::string>& files,

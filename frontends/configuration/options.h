@@ -13,6 +13,9 @@
 /// Readers and writers of option structs (core/options.h), independent of the structs.
 namespace lodestone {
 
+template <class Options>
+void load_options(const ConfigurationNode& node, Options& options);
+
 namespace options_detail {
 
 template <class Enum>
@@ -74,21 +77,18 @@ std::string write_value(Enum value) {
   return "?";
 }
 
-std::string type_name(bool);
-std::string type_name(int);
-std::string type_name(double);
-std::string type_name(const std::string&);
-std::string type_name(const std::vector<double>&);
-
-template <class Enum, std::enable_if_t<std::is_enum_v<Enum>, int> = 0>
-std::string type_name(Enum value) {
-  std::string text;
-  for (const std::string& name : names_of(value)) text += (text.empty() ? "" : "|") + name;
-  return text;
+template <class Value>
+std::string type_name(const Value& value) {
+  if constexpr (std::is_enum_v<Value>) {
+    std::string text;
+    for (const std::string& name : names_of(value)) text += (text.empty() ? "" : "|") + name;
+    return text;
+  }
+  if constexpr (std::is_same_v<Value, bool>) return "true|false";
+  if constexpr (std::is_same_v<Value, int>) return "whole number";
+  if constexpr (std::is_same_v<Value, double>) return "number";
+  return std::is_same_v<Value, std::string> ? "text" : "list of numbers";
 }
-
-template <class Options>
-void load(const ConfigurationNode& node, Options& options);
 
 class Loader {
  public:
@@ -105,7 +105,7 @@ class Loader {
     known_.emplace_back(name);
     static const ConfigurationNode absent;
     const ConfigurationNode* child = node_.find(known_.back());
-    load(child != nullptr ? *child : absent, options);
+    load_options(child != nullptr ? *child : absent, options);
   }
 
   void finish() const { node_.refuse_keys_other_than(known_); }
@@ -138,42 +138,26 @@ class Writer {
   int depth_;
 };
 
-class Lister {
+template <class Call>
+class Walker {
  public:
-  explicit Lister(std::string prefix) : prefix_(std::move(prefix)) {}
+  Walker(std::string prefix, const Call& call) : prefix_(std::move(prefix)), call_(call) {}
 
   template <class Value>
   void field(std::string_view name, const Value& value, std::string_view help) {
-    text += prefix_ + std::string(name) + " = " + write_value(value) + "  (" + type_name(value) + ")  " +
-            std::string(help) + "\n";
+    call_(prefix_ + std::string(name), value, help);
   }
 
   template <class Options>
   void section(std::string_view name, Options& options) {
-    Lister inner(prefix_ + std::string(name) + ".");
+    Walker inner(prefix_ + std::string(name) + ".", call_);
     options.visit(inner);
-    text += inner.text;
   }
-
-  std::string text;
 
  private:
   std::string prefix_;
+  const Call& call_;
 };
-
-template <class Options>
-void load(const ConfigurationNode& node, Options& options) {
-  Loader loader(node);
-  options.visit(loader);
-  loader.finish();
-  if constexpr (requires { options.check(); }) {
-    try {
-      options.check();
-    } catch (const InputError& error) {
-      node.fail(error.what());
-    }
-  }
-}
 
 }  // namespace options_detail
 
@@ -190,7 +174,16 @@ Enum enumerator_of(const std::string& what, const std::string& text) {
 /// rejects.
 template <class Options>
 void load_options(const ConfigurationNode& node, Options& options) {
-  options_detail::load(node, options);
+  options_detail::Loader loader(node);
+  options.visit(loader);
+  loader.finish();
+  if constexpr (requires { options.check(); }) {
+    try {
+      options.check();
+    } catch (const InputError& error) {
+      node.fail(error.what());
+    }
+  }
 }
 
 /// All fields and their values as YAML text, which load_options parses to the same bits.
@@ -201,12 +194,22 @@ std::string save_options(Options options) {
   return writer.text;
 }
 
+/// Calls `call(path for --set, value, help text)` for each field.
+template <class Options, class Call>
+void for_each_option(Options options, const Call& call) {
+  options_detail::Walker walker("", call);
+  options.visit(walker);
+}
+
 /// One line per field: its path for --set, its value, its type and its help text.
 template <class Options>
-std::string list_options(Options options) {
-  options_detail::Lister lister("");
-  options.visit(lister);
-  return lister.text;
+std::string list_options(const Options& options) {
+  std::string text;
+  for_each_option(options, [&text](const std::string& path, const auto& value, std::string_view help) {
+    text += path + " = " + options_detail::write_value(value) + "  (" + options_detail::type_name(value) + ")  " +
+            std::string(help) + "\n";
+  });
+  return text;
 }
 
 /// Merges the configuration files in order, then the assignments of --set. Throws InputError.

@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
-#include "tools/experiments/fingerprint.h"
+#include "tools/run/fingerprint.h"
 
 namespace lodestone::reproduce {
 

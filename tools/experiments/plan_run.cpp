@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "tools/commands.h"
-#include "tools/experiments/fingerprint.h"
+#include "tools/run/fingerprint.h"
 #include "tools/simulate/world_queries.h"
 
 namespace lodestone::reproduce {

@@ -11,7 +11,7 @@
 #include "estimators/factory.h"
 #include "estimators/options.h"
 #include "frontends/configuration/options.h"
-#include "tools/experiments/fingerprint.h"
+#include "tools/run/fingerprint.h"
 
 namespace lodestone::ablation {
 
@@ -127,7 +127,7 @@ std::string recipe_name(const Ablation& ablation, const Variant& variant) {
     safe += good ? static_cast<char>(letter) : '_';
   }
   if (safe == name && name.size() <= kLongest) return name;
-  return safe.substr(0, kLongest) + "-" + reproduce::Fingerprint().add(name).to_string().substr(0, 8);
+  return safe.substr(0, kLongest) + "-" + Fingerprint().add(name).to_string().substr(0, 8);
 }
 
 reproduce::Experiment to_experiment(const Ablation& ablation) {

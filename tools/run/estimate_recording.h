@@ -9,7 +9,7 @@
 #include "core/work_times.h"
 #include "estimators/estimator.h"
 #include "frontends/configuration/output_file.h"
-#include "tools/run/run_identity.h"
+#include "tools/run/fingerprint.h"
 
 namespace lodestone {
 

@@ -11,33 +11,13 @@
 #include "frontends/configuration/text_file.h"
 #include "frontends/logs/folder_files.h"
 #include "frontends/maps/magnetic_map_file.h"
+#include "tools/run/fingerprint.h"
 
 namespace lodestone {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Lists every option with its value.
-class Flattener {
- public:
-  Flattener(std::string prefix, RunIdentity& parts) : prefix_(std::move(prefix)), parts_(parts) {}
-
-  template <class Value>
-  void field(std::string_view name, const Value& value, std::string_view) {
-    parts_.emplace_back(prefix_ + std::string(name), options_detail::write_value(value));
-  }
-
-  template <class Options>
-  void section(std::string_view name, Options& options) {
-    Flattener inner(prefix_ + std::string(name) + ".", parts_);
-    options.visit(inner);
-  }
-
- private:
-  std::string prefix_;
-  RunIdentity& parts_;
-};
 
 std::string file_fingerprint(const fs::path& path) {
   using namespace std::chrono;
@@ -63,18 +43,8 @@ std::string content_fingerprint(const std::string& path) {
 
 }  // namespace
 
-std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash) {
-  for (const char byte : bytes) {
-    hash ^= static_cast<unsigned char>(byte);
-    hash *= 1099511628211ULL;
-  }
-  return hash;
-}
-
 RunIdentity identify(const RunCall& call, const RunOptions& options) {
   const std::string raster = call.magnetic.empty() ? "" : image_of_magnetic_map(call.magnetic);
-  std::string estimators;
-  for (const std::string& name : call.estimators) estimators += (estimators.empty() ? "" : ",") + name;
   RunIdentity parts{{"the program", std::string(LODESTONE_VERSION) + " " + content_fingerprint("/proc/self/exe")},
                     {"the log", fingerprint(call.log)},
                     {"--platform", content_fingerprint(call.platform)},
@@ -82,24 +52,23 @@ RunIdentity identify(const RunCall& call, const RunOptions& options) {
                     {"--magnetic", content_fingerprint(call.magnetic)},
                     {"the image of --magnetic", fs::exists(raster) ? fingerprint(raster) : "none"},
                     {"--origin", fmt::format("{} {} {}", call.origin_m.x(), call.origin_m.y(), call.origin_m.z())},
-                    {"--estimator", estimators},
+                    {"--estimator", fmt::format("{}", fmt::join(call.estimators, ","))},
                     {"--initial-pose", call.initial_pose},
                     {"--initial-pose-from", content_fingerprint(call.initial_pose_from)},
                     {"--max-range", call.max_range_m ? fmt::format("{}", *call.max_range_m) : "none"},
                     {"--truth", content_fingerprint(call.truth)},
                     {"--calibration-truth", content_fingerprint(call.calibration_truth)},
                     {"--bound", call.bound ? "yes" : "no"}};
-  RunOptions visited = options;
-  Flattener flattener("", parts);
-  visited.visit(flattener);
+  for_each_option(options, [&parts](const std::string& path, const auto& value, std::string_view) {
+    parts.emplace_back(path, options_detail::write_value(value));
+  });
   return parts;
 }
 
 std::string digest(const RunIdentity& identity) {
-  std::uint64_t hash = kHashOfNothing;
-  for (const auto& [name, value] : identity)
-    hash = hash_of(fmt::format("{}:{}{}:{}", name.size(), name, value.size(), value), hash);
-  return fmt::format("{:016x}", hash);
+  Fingerprint hash;
+  for (const auto& [name, value] : identity) hash.add(name).add(value);
+  return hash.to_string();
 }
 
 std::string difference_between(const RunIdentity& written, const RunIdentity& now) {

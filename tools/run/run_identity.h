@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -13,11 +11,6 @@ namespace lodestone {
 
 /// All inputs that determine a run's bytes, by name: program, log, maps, files, options. Not the number of threads.
 using RunIdentity = std::vector<std::pair<std::string, std::string>>;
-
-constexpr std::uint64_t kHashOfNothing = 14695981039346656037ULL;
-
-/// FNV-1a, 64 bits, continued from `hash`. Detects damage; not cryptographic.
-std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash = kHashOfNothing);
 
 /// The identity of a call with its final options. Small files are identified by content, logs and maps by size and
 /// modification time.

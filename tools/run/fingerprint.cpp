@@ -1,21 +1,21 @@
-#include "tools/experiments/fingerprint.h"
+#include "tools/run/fingerprint.h"
 
 #include <fmt/format.h>
 
 #include "frontends/configuration/text_file.h"
 
-namespace lodestone::reproduce {
+namespace lodestone {
 
-void Fingerprint::add_bytes(std::string_view bytes) {
+std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash) {
   for (const char byte : bytes) {
-    state_ ^= static_cast<unsigned char>(byte);
-    state_ *= 1099511628211ULL;
+    hash ^= static_cast<unsigned char>(byte);
+    hash *= 1099511628211ULL;
   }
+  return hash;
 }
 
 Fingerprint& Fingerprint::add(std::string_view text) {
-  add_bytes(fmt::format("{}:", text.size()));
-  add_bytes(text);
+  state_ = hash_of(text, hash_of(fmt::format("{}:", text.size()), state_));
   return *this;
 }
 
@@ -27,4 +27,4 @@ std::string Fingerprint::to_string() const {
   return fmt::format("{:016x}", state_);
 }
 
-}  // namespace lodestone::reproduce
+}  // namespace lodestone

@@ -4,9 +4,14 @@
 #include <string>
 #include <string_view>
 
-namespace lodestone::reproduce {
+namespace lodestone {
 
-/// An incremental hash (FNV-1a, 64 bits) of all inputs of a step. It detects changed inputs; it is not cryptographic.
+constexpr std::uint64_t kHashOfNothing = 14695981039346656037ULL;
+
+/// FNV-1a, 64 bits, continued from `hash`. Detects damage and changes; not cryptographic.
+std::uint64_t hash_of(std::string_view bytes, std::uint64_t hash = kHashOfNothing);
+
+/// An incremental hash of several texts.
 class Fingerprint {
  public:
   /// Adds `text` and its length: "ab", "c" differs from "a", "bc".
@@ -19,8 +24,7 @@ class Fingerprint {
   std::string to_string() const;
 
  private:
-  void add_bytes(std::string_view bytes);
-  std::uint64_t state_ = 14695981039346656037ULL;
+  std::uint64_t state_ = kHashOfNothing;
 };
 
-}  // namespace lodestone::reproduce
+}  // namespace lodestone
