@@ -46,7 +46,7 @@ void print_runs(const Ablation& ablation, const reproduce::Experiment& experimen
     for (const reproduce::Run& run : runs) {
       if (run.group != recipe_name(ablation, variant)) continue;
       ++count;
-      if (std::find(drives.begin(), drives.end(), drive_name(run)) == drives.end()) drives.push_back(drive_name(run));
+      reproduce::place_of(drive_name(run), drives);
     }
     std::string switches;
     for (const Switch& one : variant.switches)
@@ -110,7 +110,7 @@ reproduce::Experiment meant_runs(const Ablation& ablation) {
   for (const reproduce::Run& run : runs) {
     const std::vector<std::string> names = names_of(variant_of(run), run);
     for (const std::string& name : names) {
-      if (std::find(known.begin(), known.end(), name) == known.end()) known.push_back(name);
+      reproduce::place_of(name, known);
     }
     for (const std::string& pattern : ablation.only) {
       if (!reproduce::fits(pattern, names)) continue;

@@ -39,23 +39,21 @@ std::string interval_text(const std::optional<RatioEstimate>& estimate) {
   return fmt::format("{:.3f} – {:.3f}", *estimate->low, *estimate->high);
 }
 
-/// Names of the NEES figures of the runs: first the pose's, then all others.
-std::vector<std::string> nees_figures(const reproduce::Results& results) {
+/// Names of all figures of all runs.
+std::set<std::string> figures_in(const reproduce::Results& results) {
   std::set<std::string> names;
   for (std::size_t i = 0; i < results.runs().size(); ++i) {
     const RunFigures* figures = results.find(i, results.runs()[i].estimators.front());
     if (figures == nullptr) continue;
-    for (const auto& [name, value] : *figures) {
-      if (name.starts_with("nees")) names.insert(name);
-    }
+    for (const auto& [name, value] : *figures) names.insert(name);
   }
-  return {names.begin(), names.end()};
+  return names;
 }
 
 std::vector<std::string> drives_of(const reproduce::Results& results) {
   std::vector<std::string> drives;
   for (const reproduce::Run& run : results.runs()) {
-    if (std::find(drives.begin(), drives.end(), drive_name(run)) == drives.end()) drives.push_back(drive_name(run));
+    reproduce::place_of(drive_name(run), drives);
   }
   return drives;
 }
@@ -86,12 +84,7 @@ std::string ratio_cell(const std::vector<Pair>& pairs) {
 
 /// Names of all figures of all runs: the well-known ones first, then the rest alphabetically.
 std::vector<std::string> figures_of(const reproduce::Results& results) {
-  std::set<std::string> there;
-  for (std::size_t i = 0; i < results.runs().size(); ++i) {
-    const RunFigures* figures = results.find(i, results.runs()[i].estimators.front());
-    if (figures == nullptr) continue;
-    for (const auto& [name, value] : *figures) there.insert(name);
-  }
+  std::set<std::string> there = figures_in(results);
   std::vector<std::string> names;
   for (const std::string& name : reproduce::figure_names()) {
     if (there.erase(name) > 0) names.push_back(name);
@@ -122,7 +115,8 @@ ResultTable summary_table(const Ablation& ablation, const reproduce::Results& re
   table.header = {"variant",          "pairs",  "lost",  "ATE m", "ATE ratio",           "95 %",
                   "95 % over drives", "better", "worse", "equal", "largest error ratio", "largest jump ratio",
                   "heading ratio"};
-  const std::vector<std::string> nees = nees_figures(results);
+  std::set<std::string> nees = figures_in(results);
+  std::erase_if(nees, [](const std::string& name) { return !name.starts_with("nees"); });
   for (const std::string& name : nees) table.header.push_back(name == "nees_pose" ? "NEES" : name);
   table.header.emplace_back("time ratio");
   for (std::size_t i = 0; i < ablation.variants.size(); ++i) {
@@ -205,8 +199,8 @@ ResultTable tidy_table(const Ablation& ablation, const reproduce::Results& resul
                   fmt::format("{}", run.seed), status[i]});
       const RunFigures* known = results.find(i, run.estimators.front());
       for (const std::string& name : figures) {
-        const auto found = known == nullptr ? RunFigures::const_iterator{} : known->find(name);
-        row.push_back(known == nullptr || found == known->end() ? "" : fmt::format("{}", found->second));
+        const std::optional<double> value = reproduce::value_of(known, name);
+        row.push_back(value ? fmt::format("{}", *value) : "");
       }
       row.push_back(run.folder);
       table.rows.push_back(std::move(row));

@@ -25,20 +25,39 @@ const Group* Experiment::find_group(const std::string& wanted) const {
   return found == groups.end() ? nullptr : &*found;
 }
 
+std::string row_name(const std::string& world, const std::string& sequence, std::optional<double> range_m,
+                     std::optional<double> noise_ut, const std::string& scene) {
+  std::string name = world + "-" + sequence;
+  if (range_m) name += fmt::format("-{:g}m", *range_m);
+  if (noise_ut) name += fmt::format("-{:g}ut", *noise_ut);
+  return scene.empty() ? name : name + "-" + scene;
+}
+
+std::vector<Row> rows_of(const Group& group, const Drive& drive) {
+  std::vector<std::optional<double>> ranges{std::nullopt};
+  if (!group.ranges_m.empty()) ranges.assign(group.ranges_m.begin(), group.ranges_m.end());
+  std::vector<std::string> scenes = drive.map_scenes;
+  if (scenes.empty()) scenes.emplace_back();
+  std::vector<Row> rows;
+  for (const auto& range : ranges) {
+    for (const std::string& scene : scenes) {
+      rows.push_back({row_name(drive.world_name, drive.sequence, range, group.noise_ut, scene), range, scene});
+    }
+  }
+  return rows;
+}
+
+std::size_t place_of(const std::string& text, std::vector<std::string>& texts) {
+  const auto found = std::find(texts.begin(), texts.end(), text);
+  const auto place = static_cast<std::size_t>(found - texts.begin());
+  if (found == texts.end()) texts.push_back(text);
+  return place;
+}
+
 std::vector<std::string> row_names(const Group& group) {
   std::vector<std::string> names;
   for (const Drive& drive : group.drives) {
-    std::vector<std::string> endings{""};
-    if (!group.ranges_m.empty()) {
-      endings.clear();
-      for (const double range : group.ranges_m) endings.push_back(fmt::format("-{:g}m", range));
-    }
-    for (std::string ending : endings) {
-      if (group.noise_ut) ending += fmt::format("-{:g}ut", *group.noise_ut);
-      const std::string row = drive.world_name + "-" + drive.sequence + ending;
-      if (drive.map_scenes.empty()) names.push_back(row);
-      for (const std::string& scene : drive.map_scenes) names.push_back(row + "-" + scene);
-    }
+    for (const Row& row : rows_of(group, drive)) names.push_back(row.name);
   }
   return names;
 }

@@ -186,7 +186,22 @@ struct Experiment : RunScope {
   const Group* find_group(const std::string& name) const;
 };
 
-/// Names of the rows of `group`, in order: WORLD-SEQUENCE[-RANGEm][-NOISEut][-SCENE].
+/// WORLD-SEQUENCE[-RANGEm][-NOISEut][-SCENE].
+std::string row_name(const std::string& world, const std::string& sequence, std::optional<double> range_m,
+                     std::optional<double> noise_ut, const std::string& scene);
+
+/// One LiDAR range and one map of a drive.
+struct Row {
+  std::string name;
+  std::optional<double> range_m;  ///< nothing: the platform's
+  std::string scene;              ///< empty: the log's own
+};
+std::vector<Row> rows_of(const Group& group, const Drive& drive);
+
+/// Index of `text` in `texts`; a new text is appended.
+std::size_t place_of(const std::string& text, std::vector<std::string>& texts);
+
+/// Names of the rows of all drives of `group`, in order.
 std::vector<std::string> row_names(const Group& group);
 
 /// The file of an experiment: `name` itself if it is a path (contains '/' or ends in .yaml), else

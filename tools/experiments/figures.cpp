@@ -52,9 +52,7 @@ class Shown {
   }
 
   std::size_t scans(std::size_t i, const std::string& estimator) const {
-    const RunFigures* figures = results_.find(i, estimator);
-    const auto found = figures->find("scans");
-    return found == figures->end() ? 0 : static_cast<std::size_t>(found->second);
+    return static_cast<std::size_t>(value_of(results_.find(i, estimator), "scans").value_or(0.0));
   }
 
  private:
@@ -63,14 +61,6 @@ class Shown {
   fs::path root_;
   std::vector<std::size_t> indices_;
 };
-
-/// Index of `text` in `texts`; appends a new text.
-std::size_t place_of(const std::string& text, std::vector<std::string>& texts) {
-  const auto found = std::find(texts.begin(), texts.end(), text);
-  if (found != texts.end()) return static_cast<std::size_t>(found - texts.begin());
-  texts.push_back(text);
-  return texts.size() - 1;
-}
 
 std::string range_heading(const Run& run) {
   return run.range_m ? fmt::format("LiDAR range {:g} m", *run.range_m) : std::string("LiDAR range of the platform");

@@ -44,10 +44,10 @@ ResultTable lost_runs_table(const Results& results, const std::filesystem::path&
     const Run& run = results.runs()[i];
     for (const std::string& estimator : run.estimators) {
       const RunFigures* figures = results.find(i, estimator);
-      if (figures == nullptr || !figures->contains("success") || figures->at("success") == 1.0) continue;
+      if (value_of(figures, "success").value_or(1.0) == 1.0) continue;
       const std::filesystem::path folder = root / run.folder / estimator;
       const auto summary = nlohmann::json::parse(read_text_file((folder / "summary.json").string()));
-      if (figures->contains("scans") && figures->at("scans") == 0.0) {
+      if (value_of(figures, "scans") == 0.0) {
         table.rows.push_back({run.name, estimator, summary.value("status", ""), kNever, kNever, reason(summary)});
         continue;
       }

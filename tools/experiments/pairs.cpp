@@ -1,7 +1,5 @@
 #include "tools/experiments/pairs.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <tuple>
 
@@ -16,16 +14,12 @@ auto conditions(const reproduce::Run& run) {
 }  // namespace
 
 std::string drive_name(const reproduce::Run& run) {
-  std::string name = run.world_name + "-" + run.sequence;
-  if (run.range_m) name += fmt::format("-{:g}m", *run.range_m);
-  if (!run.scene.empty()) name += "-" + run.scene;
-  return name;
+  return reproduce::row_name(run.world_name, run.sequence, run.range_m, std::nullopt, run.scene);
 }
 
 std::optional<double> figure_of(const reproduce::RunFigures& figures, const std::string& name) {
-  const auto found = figures.find(name);
-  if (found == figures.end() || !std::isfinite(found->second)) return std::nullopt;
-  return found->second;
+  const std::optional<double> value = reproduce::value_of(&figures, name);
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 bool is_lost(const reproduce::RunFigures& figures) {

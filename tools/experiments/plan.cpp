@@ -21,10 +21,8 @@ struct DriveKey {
   int seed = 0;
 };
 
-std::string joined(const std::vector<std::string>& parts) {
-  std::string text;
-  for (const std::string& part : parts) text += (text.empty() ? "" : "-") + part;
-  return text;
+std::string joined(const std::vector<std::string>& parts, const char* separator) {
+  return fmt::format("{}", fmt::join(parts, separator));
 }
 
 /// Makes each step once: steps are identified by their folder.
@@ -35,7 +33,8 @@ class StepBook {
   std::vector<Step> steps;
 
   std::size_t cloud(const DriveKey& key) {
-    Step step = simulating(StepKind::cloud, key, "cloud", joined({key.drive->world_name, seed_text(key), "cloud"}));
+    Step step =
+        simulating(StepKind::cloud, key, "cloud", joined({key.drive->world_name, seed_text(key), "cloud"}, "-"));
     return add(std::move(step));
   }
 
@@ -43,7 +42,7 @@ class StepBook {
     std::vector<std::string> parts{key.drive->world_name, key.drive->sequence, seed_text(key)};
     if (key.group->noise_ut) parts.push_back(fmt::format("{:g}ut", *key.group->noise_ut));
     parts.emplace_back("log");
-    Step step = simulating(StepKind::log, key, "log", joined(parts));
+    Step step = simulating(StepKind::log, key, "log", joined(parts, "-"));
     std::vector<std::string>& command = step.commands.front();
     add_sequence(command, key, key.drive->scene);
     if (key.group->noise_ut) {
@@ -60,7 +59,7 @@ class StepBook {
     parts.emplace_back("field");
     std::vector<std::string> settings;
     for (const std::string& setting : key.group->map_settings) append(settings, {"--set", setting});
-    Step step = simulating(StepKind::field, key, "survey", joined(parts), settings);
+    Step step = simulating(StepKind::field, key, "survey", joined(parts, "-"), settings);
     add_sequence(step.commands.front(), key, scene);
     const std::string& folder = step.folder;
     step.commands.push_back({"map", "magnetic", folder + "/survey.bag", "--trajectory", folder + "/survey.tum",
@@ -82,8 +81,6 @@ class StepBook {
     step.folder = run.folder;
     step.needs = {cloud_step, log_step, field_step};
     step.parts = run.estimators.size();
-    std::string estimators;
-    for (const std::string& name : run.estimators) estimators += (estimators.empty() ? "" : ",") + name;
     std::vector<std::string> command{"run",
                                      data + "/log.bag",
                                      "--platform",
@@ -97,7 +94,7 @@ class StepBook {
                                      "--truth",
                                      data + "/truth.tum",
                                      "--estimator",
-                                     estimators,
+                                     joined(run.estimators, ","),
                                      "--out",
                                      run.folder};
     if (run.range_m) append(command, {"--max-range", fmt::format("{:g}", *run.range_m)});
@@ -185,13 +182,7 @@ class StepBook {
 
   /// Number of a world among worlds with the same name. Folder names contain no paths: results can be moved together
   /// with their worlds.
-  std::size_t namesake(const Drive& drive) {
-    std::vector<std::string>& files = namesakes_[drive.world_name];
-    const auto found = std::find(files.begin(), files.end(), drive.world);
-    if (found != files.end()) return static_cast<std::size_t>(found - files.begin());
-    files.push_back(drive.world);
-    return files.size() - 1;
-  }
+  std::size_t namesake(const Drive& drive) { return place_of(drive.world, namesakes_[drive.world_name]); }
 
   const std::string& content_of(const std::string& path) {
     const auto [entry, is_new] = contents_.try_emplace(path);
@@ -212,38 +203,26 @@ struct PlannedRun {
 };
 
 void list_rows(const Group& group, const Drive& drive, int seed, bool first_seed, std::vector<PlannedRun>& planned) {
-  std::vector<std::optional<double>> ranges{std::nullopt};
-  if (!group.ranges_m.empty()) ranges.assign(group.ranges_m.begin(), group.ranges_m.end());
-  Group single = group;  // one drive, one range, one map: its only row has the run's name
-  for (const auto& range : ranges) {
-    std::vector<std::string> scenes = drive.map_scenes;
-    if (scenes.empty()) scenes.emplace_back();
-    for (const std::string& scene : scenes) {
-      single.drives = {drive};
-      single.drives.front().map_scenes.clear();
-      if (!scene.empty()) single.drives.front().map_scenes = {scene};
-      single.ranges_m.clear();
-      if (range) single.ranges_m = {*range};
-      Run run;
-      run.group = group.name;
-      run.row = row_names(single).front();
-      run.name = fmt::format("{}/{}/seed{}", group.name, run.row, seed);
-      run.world = drive.world;
-      run.world_name = drive.world_name;
-      run.sequence = drive.sequence;
-      run.scene = scene;
-      run.log_scene = drive.scene;
-      run.range_m = range;
-      run.grade = drive.grade;
-      run.noise_ut = group.noise_ut;
-      run.seed = seed;
-      run.first_seed = first_seed;
-      for (const EstimatorChoice& estimator : group.estimators) {
-        if (first_seed || estimator.seeds == SeedChoice::all) run.estimators.push_back(estimator.name);
-      }
-      run.folder = "runs/" + run.name;
-      if (!run.estimators.empty()) planned.push_back({run, {&group, &drive, seed}});
+  for (const Row& row : rows_of(group, drive)) {
+    Run run;
+    run.group = group.name;
+    run.row = row.name;
+    run.name = fmt::format("{}/{}/seed{}", group.name, run.row, seed);
+    run.world = drive.world;
+    run.world_name = drive.world_name;
+    run.sequence = drive.sequence;
+    run.scene = row.scene;
+    run.log_scene = drive.scene;
+    run.range_m = row.range_m;
+    run.grade = drive.grade;
+    run.noise_ut = group.noise_ut;
+    run.seed = seed;
+    run.first_seed = first_seed;
+    for (const EstimatorChoice& estimator : group.estimators) {
+      if (first_seed || estimator.seeds == SeedChoice::all) run.estimators.push_back(estimator.name);
     }
+    run.folder = "runs/" + run.name;
+    if (!run.estimators.empty()) planned.push_back({run, {&group, &drive, seed}});
   }
 }
 
@@ -265,7 +244,7 @@ void keep_only(const std::vector<std::string>& patterns, std::vector<PlannedRun>
   std::vector<std::string> names;
   for (const PlannedRun& one : planned) {
     for (const std::string& name : {one.run.group, one.run.row, one.run.world_name, one.run.sequence}) {
-      if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      place_of(name, names);
     }
   }
   for (const std::string& pattern : patterns) {
@@ -306,22 +285,6 @@ void add_figure(const FigureChoice& figure, std::vector<PlannedRun>& planned, St
 }
 
 }  // namespace
-
-const char* step_kind_name(StepKind kind) {
-  switch (kind) {
-    case StepKind::cloud:
-      return "cloud";
-    case StepKind::log:
-      return "log";
-    case StepKind::field:
-      return "field";
-    case StepKind::difference:
-      return "difference";
-    case StepKind::run:
-      break;
-  }
-  return "run";
-}
 
 bool fits(const std::string& pattern, const std::vector<std::string>& names) {
   return std::any_of(names.begin(), names.end(),

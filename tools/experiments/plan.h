@@ -18,7 +18,13 @@ enum class StepKind {
   difference,  ///< compare two magnetic maps
 };
 
-const char* step_kind_name(StepKind kind);
+constexpr auto enum_names(StepKind) {
+  return EnumNames<StepKind, 5>{{{StepKind::cloud, "cloud"},
+                                 {StepKind::log, "log"},
+                                 {StepKind::field, "field"},
+                                 {StepKind::run, "run"},
+                                 {StepKind::difference, "difference"}}};
+}
 
 /// One step from worlds to results: commands of the program, run one after the other.
 struct Step {

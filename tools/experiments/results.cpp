@@ -50,12 +50,6 @@ bool smaller_is_worse(const std::string& figure) {
   return counts_lost_runs(figure) || figure == "real_time_factor" || figure == "changed_found";
 }
 
-std::optional<double> value_of(const RunFigures* figures, const std::string& name) {
-  if (figures == nullptr) return std::nullopt;
-  const auto found = figures->find(name);
-  return found == figures->end() ? std::nullopt : std::optional<double>(found->second);
-}
-
 /// `figure` of the divisor in a run; of several estimators, the smallest of those that are not lost, or infinity.
 std::optional<double> divisor_of(const Results& results, std::size_t run, const std::string& estimator,
                                  const Divisor& over, const std::string& figure) {
@@ -70,6 +64,12 @@ std::optional<double> divisor_of(const Results& results, std::size_t run, const 
 }
 
 }  // namespace
+
+std::optional<double> value_of(const RunFigures* figures, const std::string& name) {
+  if (figures == nullptr) return std::nullopt;
+  const auto found = figures->find(name);
+  return found == figures->end() ? std::nullopt : std::optional<double>(found->second);
+}
 
 bool counts_lost_runs(const std::string& figure) {
   return figure == "success" || figure.ends_with(".share_within_100mm") || figure.ends_with(".share_within_1m");
@@ -111,7 +111,7 @@ std::vector<std::size_t> Results::runs_of(const std::string& group, const std::s
 std::vector<std::string> Results::rows_of(const std::string& group) const {
   std::vector<std::string> rows;
   for (const Run& run : runs_) {
-    if (run.group == group && std::find(rows.begin(), rows.end(), run.row) == rows.end()) rows.push_back(run.row);
+    if (run.group == group) place_of(run.row, rows);
   }
   return rows;
 }

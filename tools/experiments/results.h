@@ -14,6 +14,9 @@ namespace lodestone::reproduce {
 /// 0, null absent.
 using RunFigures = std::map<std::string, double>;
 
+/// Nothing if `figures` is null, or has no such figure.
+std::optional<double> value_of(const RunFigures* figures, const std::string& name);
+
 /// Figures of all finished runs.
 class Results {
  public:

@@ -65,7 +65,7 @@ std::vector<std::string> Ablation::keys() const {
   std::vector<std::string> keys;
   for (const Variant& variant : variants) {
     for (const Switch& one : variant.switches) {
-      if (std::find(keys.begin(), keys.end(), one.key) == keys.end()) keys.push_back(one.key);
+      reproduce::place_of(one.key, keys);
     }
   }
   return keys;

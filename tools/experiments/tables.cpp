@@ -40,10 +40,8 @@ const RowLabel kLabels[] = {
 std::string difference_cell(const TableColumn& column, const Group& group, const std::string& row,
                             const Results& results) {
   for (const std::size_t run : results.runs_of(group.name, row)) {
-    const RunFigures* figures = results.find_difference(run);
-    if (figures == nullptr) continue;
-    const auto found = figures->find(column.difference);
-    if (found != figures->end()) return number_cell(found->second, column.digits);
+    const std::optional<double> value = value_of(results.find_difference(run), column.difference);
+    if (value) return number_cell(value, column.digits);
   }
   return kMissing;
 }
@@ -104,8 +102,8 @@ ResultTable runs_table(const Results& results) {
       if (figures == nullptr) continue;
       std::vector<std::string> cells{results.runs()[i].name, estimator};
       for (const std::string& name : names) {
-        const auto found = figures->find(name);
-        cells.push_back(found == figures->end() ? "" : fmt::format("{}", found->second));
+        const std::optional<double> value = value_of(figures, name);
+        cells.push_back(value ? fmt::format("{}", *value) : "");
       }
       table.rows.push_back(std::move(cells));
     }

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/experiments/child_process.h"
 #include "tools/experiments/experiment.h"
@@ -61,7 +62,7 @@ std::string Workflow::steps_file() const {
     const Step& step = plan_.steps[i];
     nlohmann::ordered_json one;
     one["name"] = step.name;
-    one["kind"] = step_kind_name(step.kind);
+    one["kind"] = options_detail::write_value(step.kind);
     one["folder"] = step.folder;
     one["log"] = fs::relative(store_.log_of(step), store_.root()).string();
     one["kept"] = step.kept();
