@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "estimators/factory.h"
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "localization/localization.h"
@@ -347,10 +348,11 @@ EstimatorOutcome run_estimator(const EstimatorRun& run, WarningLog& warnings) {
   }
   std::string mark;
   if (summary.status != RunStatus::done && summary.status != RunStatus::regained) {
-    mark = fmt::format("{} at {} s of {}", status_name(summary.status), format_stamp(last_end), format_stamp(log_end));
+    mark = fmt::format("{} at {} s of {}", options_detail::write_value(summary.status), format_stamp(last_end),
+                       format_stamp(log_end));
     if (bundles.failure) mark += fmt::format(": {}", bundles.failure->what());
     if (summary.status != RunStatus::lost && summary.status != RunStatus::regained)
-      warnings.add(fmt::format("run.{}", status_name(summary.status)), mark, last_end);
+      warnings.add(fmt::format("run.{}", options_detail::write_value(summary.status)), mark, last_end);
   }
   files.finish(mark);
   if (const CalibrationEstimate* calibration = pass.calibration()) {

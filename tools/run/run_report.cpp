@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/run/bound_run.h"
 #include "tools/run/run_summary.h"
@@ -39,7 +40,7 @@ Json json_of(const RunSummary& summary) {
   }
   json["real_time_factor"] = number(summary.real_time_factor());
   json["peak_rss_mb"] = number(summary.peak_rss_mb);
-  json["status"] = status_name(summary.status);
+  json["status"] = options_detail::write_value(summary.status);
   json["lost"] = Json::array();
   for (const LostInterval& interval : summary.lost) {
     json["lost"].push_back({{"from_s", format_stamp(interval.from)},
@@ -143,9 +144,10 @@ Json json_of(const CallRecord& record) {
 std::string status_text(const RunSummary& run) {
   std::ptrdiff_t regained =
       std::count_if(run.lost.begin(), run.lost.end(), [](const LostInterval& one) { return one.regained; });
-  if (regained == 0) return status_name(run.status);
-  return fmt::format("{}regained {} x",
-                     run.status == RunStatus::regained ? "" : fmt::format("{}, ", status_name(run.status)), regained);
+  if (regained == 0) return options_detail::write_value(run.status);
+  return fmt::format(
+      "{}regained {} x",
+      run.status == RunStatus::regained ? "" : fmt::format("{}, ", options_detail::write_value(run.status)), regained);
 }
 
 std::string optional_fixed(const std::optional<double>& value, int digits) {
@@ -163,7 +165,7 @@ std::string to_json(const std::vector<std::pair<std::string, std::string>>& inpu
   Json json;
   for (const auto& [name, value] : inputs) json[name] = text_or_null(value);
   json["call"] = json_of(call);
-  json["status"] = status_name(overall(runs));
+  json["status"] = options_detail::write_value(overall(runs));
   if (bound) {
     for (const Bound::Stage& stage : bound->stages) {
       json["bound"][stage.name] = {{"position_m", number(stage.position_m)},

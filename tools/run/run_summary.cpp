@@ -15,26 +15,6 @@ namespace {
 
 constexpr double kNear_m = 0.1;
 
-}  // namespace
-
-const char* status_name(RunStatus status) {
-  switch (status) {
-    case RunStatus::done:
-      return "done";
-    case RunStatus::regained:
-      return "regained";
-    case RunStatus::lost:
-      return "lost";
-    case RunStatus::interrupted:
-      return "interrupted";
-    case RunStatus::stopped:
-      return "stopped";
-  }
-  return "stopped";
-}
-
-namespace {
-
 /// A comparison with the ground truth, common to stages and the whole run.
 struct PoseComparison {
   PosePairs pairs;

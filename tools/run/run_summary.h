@@ -8,6 +8,7 @@
 #include "core/evaluation/association.h"
 #include "core/evaluation/consistency.h"
 #include "core/evaluation/stale_map.h"
+#include "core/options.h"
 #include "core/warnings.h"
 #include "core/work_times.h"
 #include "tools/run/calibration_consistency.h"
@@ -27,7 +28,13 @@ enum class RunStatus {
   stopped       ///< the log became unusable
 };
 
-const char* status_name(RunStatus status);
+constexpr auto enum_names(RunStatus) {
+  return EnumNames<RunStatus, 5>{{{RunStatus::done, "done"},
+                                  {RunStatus::regained, "regained"},
+                                  {RunStatus::lost, "lost"},
+                                  {RunStatus::interrupted, "interrupted"},
+                                  {RunStatus::stopped, "stopped"}}};
+}
 
 /// Largest position error of a successful run.
 inline constexpr double kSuccess_m = 1.0;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/work_times.h"
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/writers/covariance_file.h"
 #include "tools/writers/output_folder.h"
@@ -31,12 +32,13 @@ std::string figure(bool measured, double value) {
 }
 
 std::string diagnostics_row(const Estimate& estimate) {
+  using options_detail::write_value;
   const Diagnostics& d = estimate.diagnostics;
   const bool analysed = (d.direction_sigma_m.array() != 0.0).any();
   const bool field = d.magnetic_samples > 0;
   const bool clock = d.clock_sigma_s > 0.0;
-  std::string text = fmt::format("{},{},{},{},{}", format_stamp(estimate.time), health_name(estimate.health),
-                                 reason_name(estimate.reason), d.points, d.correspondences);
+  std::string text = fmt::format("{},{},{},{},{}", format_stamp(estimate.time), write_value(estimate.health),
+                                 write_value(estimate.reason), d.points, d.correspondences);
   text += figure(d.points > 0, d.inlier_share) + figure(d.correspondences > 0, d.lidar_rmse_m);
   text += figure(d.lidar_nis > 0.0, d.lidar_nis);
   for (int i = 0; i < 6; ++i) text += figure(analysed, d.direction_sigma_m(i));
@@ -53,40 +55,6 @@ std::string diagnostics_row(const Estimate& estimate) {
 }
 
 }  // namespace
-
-const char* health_name(Health health) {
-  switch (health) {
-    case Health::good:
-      return "good";
-    case Health::uncertain:
-      return "uncertain";
-    case Health::lost:
-      return "lost";
-  }
-  return "lost";
-}
-
-const char* reason_name(HealthReason reason) {
-  switch (reason) {
-    case HealthReason::none:
-      return "none";
-    case HealthReason::not_finite:
-      return "not_finite";
-    case HealthReason::covariance:
-      return "covariance";
-    case HealthReason::unobserved:
-      return "unobserved";
-    case HealthReason::scan_off_map:
-      return "scan_off_map";
-    case HealthReason::field_off_map:
-      return "field_off_map";
-    case HealthReason::motion:
-      return "motion";
-    case HealthReason::searching:
-      return "searching";
-  }
-  return "none";
-}
 
 EstimateFiles::EstimateFiles(const std::filesystem::path& folder)
     : folder_(made_folder(folder)),

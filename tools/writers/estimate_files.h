@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "core/options.h"
 #include "estimators/estimator.h"
 #include "frontends/configuration/output_file.h"
 #include "tools/writers/lost_intervals.h"
@@ -39,8 +40,20 @@ class EstimateFiles : public EstimateSink {
   LostIntervals lost_;
 };
 
-/// The names in files: good, uncertain, lost; none, covariance and so on.
-const char* health_name(Health health);
-const char* reason_name(HealthReason reason);
+/// The names in diagnostics.csv.
+constexpr auto enum_names(Health) {
+  return EnumNames<Health, 3>{{{Health::good, "good"}, {Health::uncertain, "uncertain"}, {Health::lost, "lost"}}};
+}
+
+constexpr auto enum_names(HealthReason) {
+  return EnumNames<HealthReason, 8>{{{HealthReason::none, "none"},
+                                     {HealthReason::not_finite, "not_finite"},
+                                     {HealthReason::covariance, "covariance"},
+                                     {HealthReason::unobserved, "unobserved"},
+                                     {HealthReason::scan_off_map, "scan_off_map"},
+                                     {HealthReason::field_off_map, "field_off_map"},
+                                     {HealthReason::motion, "motion"},
+                                     {HealthReason::searching, "searching"}}};
+}
 
 }  // namespace lodestone
