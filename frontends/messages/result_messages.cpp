@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "frontends/configuration/trajectory_file.h"
+#include "frontends/messages/known_types.h"
 #include "frontends/messages/message_writing.h"
 #include "frontends/messages/wire_cdr.h"
 
@@ -29,6 +30,16 @@ void write_pose(CdrWireWriter& wire, const Pose& pose) {
 }
 
 }  // namespace
+
+TopicInfo result_topic(const std::string& name, const std::string& type) {
+  TopicInfo topic;
+  topic.name = name;
+  topic.type = type;
+  topic.encoding = Encoding::cdr;
+  topic.definition = result_definition(type);
+  topic.definition_encoding = "ros2msg";
+  return topic;
+}
 
 RosCovariance ros_covariance(const Pose& T_map_imu, const Matrix6& covariance) {
   RosCovariance values{};
