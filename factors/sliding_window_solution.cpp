@@ -5,7 +5,6 @@
 #include <ceres/version.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/thread_limit.h"

@@ -45,6 +45,15 @@ FieldDifference difference_of(const FieldComparison& comparison, const ArrayLog:
 
 }  // namespace
 
+FieldComparison comparison_with(const MagneticMap& map, FieldInterpolation interpolation, const ArrayLog& readings,
+                                const SensorSuite& suite, const Trajectory& trajectory,
+                                const std::vector<Matrix6>& covariances) {
+  const auto field_at = [&map, interpolation](const Vector3& position) { return map.query(position, interpolation); };
+  const std::vector<double>& heights = map.grid().heights_m;
+  return {readings,    suite,    trajectory,
+          covariances, field_at, heights.size() == 1 ? std::optional<double>(heights.front()) : std::nullopt};
+}
+
 void compare_field(const FieldComparison& comparison, const std::function<void(const ComparedArray&)>& visit) {
   const Trajectory& trajectory = comparison.trajectory;
   std::optional<Pose> last_moved;

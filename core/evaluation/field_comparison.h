@@ -30,7 +30,7 @@ struct ComparedArray {
   std::vector<FieldDifference> differences;  ///< of magnetometers with a reading and a map value
 };
 
-/// The inputs of a comparison of readings with the map. All references must outlive this struct.
+/// The inputs of a comparison of readings with the map. All references, and the map, must outlive this struct.
 struct FieldComparison {
   const ArrayLog& readings;
   const SensorSuite& suite;
@@ -39,6 +39,11 @@ struct FieldComparison {
   std::function<std::optional<FieldValue>(const Vector3&)> map;
   std::optional<double> only_height_m;  ///< height of a map with a single layer, which has no slope along z
 };
+
+/// Of readings with a map.
+FieldComparison comparison_with(const MagneticMap& map, FieldInterpolation interpolation, const ArrayLog& readings,
+                                const SensorSuite& suite, const Trajectory& trajectory,
+                                const std::vector<Matrix6>& covariances);
 
 /// Calls `visit` for every array reading that has a pose, in order of time. If the map has a single layer, the slope
 /// along z follows from Maxwell (no curl, no divergence), and readings off its height get a larger variance.

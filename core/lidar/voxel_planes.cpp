@@ -1,7 +1,6 @@
 #include "core/lidar/voxel_planes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
 #include "core/parallel.h"

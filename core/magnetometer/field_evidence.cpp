@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "core/log_mixture.h"
-#include "core/magnetometer/field_residual.h"
 
 namespace lodestone {
 

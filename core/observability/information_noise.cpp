@@ -1,6 +1,5 @@
 #include "core/observability/information_noise.h"
 
-#include <algorithm>
 #include <unordered_map>
 #include <vector>
 

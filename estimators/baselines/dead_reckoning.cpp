@@ -1,8 +1,5 @@
 #include "estimators/baselines/dead_reckoning.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "core/wheels/wheel_residual.h"
 #include "estimators/layer_height.h"
 

@@ -1,6 +1,5 @@
 #include "estimators/baselines/scan_degeneracy.h"
 
-#include <algorithm>
 #include <memory>
 #include <vector>
 

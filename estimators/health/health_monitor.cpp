@@ -1,6 +1,5 @@
 #include "estimators/health/health_monitor.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 

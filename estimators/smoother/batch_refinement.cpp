@@ -1,7 +1,6 @@
 #include "estimators/smoother/batch_refinement.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "core/parallel.h"

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 
-#include "core/error.h"
 #include "frontends/configuration/text_file.h"
 #include "frontends/configuration/yaml_text.h"
 #include "frontends/maps/raster_writer.h"

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 
 #include "bindings/arrays.h"
 #include "bindings/bindings.h"

@@ -70,26 +70,24 @@ std::optional<Pose> given_initial_pose(const CheckCall& call, const Trajectory& 
 void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platform& platform,
                    const ScanOdometry& odometry, CheckResult& result) {
   Findings& findings = result.findings;
-  CheckDrive drive;
-  drive.log = call.log;
-  drive.platform = platform;
-  drive.seconds = call.seconds;
-  drive.origin_m = call.origin_m;
-  WarningLog warnings;
+  const MapFiles maps{call.cloud, call.magnetic, call.origin_m};
+  CheckDrive drive{call.log, {platform, {}, maps, sensors_for(maps)}, call.seconds};
+  Site& site = drive.site;
   if (!call.cloud.empty()) {
-    const LoadedPlanes loaded = load_planes(call.cloud, drive.options.lidar.map, platform.suite.lidars(),
-                                            std::filesystem::temp_directory_path().string(), warnings, call.origin_m);
-    drive.planes = loaded.source;
-    const Findings of_map = check_map(*loaded.source, drive.options.lidar.map, loaded.points);
+    const LoadedPlanes loaded =
+        load_planes(call.cloud, site.options.lidar.map, platform.suite.lidars(),
+                    std::filesystem::temp_directory_path().string(), site.warnings, call.origin_m);
+    site.planes = loaded.source;
+    const Findings of_map = check_map(*loaded.source, site.options.lidar.map, loaded.points);
     append(findings, of_map);
     if (has_error(of_map)) return;
   }
   if (!call.magnetic.empty()) {
-    drive.field = std::make_shared<MagneticMap>(
-        read_magnetic_map(call.magnetic, drive.options.magnetic.map.max_bytes(), call.origin_m));
+    site.field = std::make_shared<MagneticMap>(
+        read_magnetic_map(call.magnetic, site.options.magnetic.map.max_bytes(), call.origin_m));
   }
   const bool scans = result.sample.scans().size() >= kFewestScans;
-  if (result.sample.imu.empty() || (drive.planes != nullptr && !scans)) return;
+  if (result.sample.imu.empty() || (site.planes != nullptr && !scans)) return;
   const Time begin = scans ? result.sample.scans().front().start : result.sample.imu.front().time;
   std::optional<Pose> start = given_initial_pose(call, poses, begin);
   if (call.initial_pose == "auto") start = drive.find_start(findings);
@@ -101,11 +99,11 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
     }
     return;
   }
-  if (drive.planes != nullptr && !odometry.poses.empty()) {
+  if (site.planes != nullptr && !odometry.poses.empty()) {
     // The trajectory has the pose of the first scan. A given pose is that of a robot at rest.
     const Pose at_scan =
         call.initial_pose_from.empty() ? *start : *given_initial_pose(call, poses, odometry.poses.front().time);
-    append(findings, check_initial_pose({result.sample, platform, odometry, *drive.planes, at_scan,
+    append(findings, check_initial_pose({result.sample, platform, odometry, *site.planes, at_scan,
                                          [&]() { return drive.find_anywhere(); }, call.origin_m}));
   }
   if (has_error(findings) || has(findings, "clock.lidar_imu", Severity::warning) ||

@@ -6,8 +6,7 @@
 #include <set>
 
 #include "core/evaluation/statistics.h"
-#include "frontends/synchronizer/bag_source.h"
-#include "frontends/synchronizer/synchronizer.h"
+#include "estimators/factory.h"
 #include "localization/automatic_initialization.h"
 #include "tools/check/acceleration_checks.h"
 #include "tools/check/field_checks.h"
@@ -20,24 +19,13 @@ namespace {
 
 constexpr double kGoodShare = 0.4;  // share of a scan's points with a correspondence
 
-/// The bundles of the checked part of the log.
-class Bundles {
- public:
-  Bundles(const CheckDrive& drive, double seconds)
-      : sensors_{drive.planes != nullptr, true, drive.field != nullptr},
-        source_(drive.log, drive.platform, warnings_, sensors_),
-        synchronizer_(source_, drive.platform.suite, warnings_, sensors_),
-        end_(source_.begin_time() + from_seconds(seconds)) {}
-
-  bool next(ScanBundle& bundle) { return synchronizer_.next(bundle) && bundle.scan.end <= end_; }
-
- private:
-  WarningLog warnings_;
-  SensorChoice sensors_;
-  BagSource source_;
-  Synchronizer synchronizer_;
-  Time end_;
-};
+/// The bundles of the first `seconds` of the log.
+std::function<bool(ScanBundle&)> bundles_of(const CheckDrive& drive, double seconds, WarningLog& warnings) {
+  OpenedLog log = open_bundles(drive.log, drive.site, warnings);
+  return [next = std::move(log.next), end = log.begin + from_seconds(seconds)](ScanBundle& bundle) {
+    return next(bundle) && bundle.scan.end <= end;
+  };
+}
 
 std::set<std::size_t> broken_magnetometers(const Findings& findings) {
   std::set<std::size_t> broken;
@@ -71,16 +59,12 @@ Findings check_record(const EstimateRecord& record) {
 
 }  // namespace
 
-EstimatorInput CheckDrive::input(const Pose& start, WarningLog* warnings) const {
-  return {platform.suite, planes, field, start, Vector3::Zero(), options, warnings, nullptr, {}};
-}
-
 std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
-  Bundles bundles(*this, seconds);
-  WarningLog warnings;
+  WarningLog ignored, warnings;
+  const auto next = bundles_of(*this, seconds, ignored);
   try {
-    const FoundInitialPose found = find_initial_pose(
-        log, input({}, nullptr), [&](ScanBundle& bundle) { return bundles.next(bundle); }, warnings, origin_m);
+    const FoundInitialPose found =
+        find_initial_pose(log, estimator_input(site, {}, nullptr), next, warnings, site.files.origin_m);
     findings.push_back({Severity::note, "start.found", found.description, "check that it is the right place"});
     return found.start.T_map_imu;
   } catch (const InputError& error) {
@@ -90,12 +74,13 @@ std::optional<Pose> CheckDrive::find_start(Findings& findings) const {
 }
 
 std::optional<PlaceOnMap> CheckDrive::find_anywhere() const {
-  Bundles source(*this, std::min(seconds, options.search.data_s));
+  WarningLog ignored;
+  const auto next = bundles_of(*this, std::min(seconds, site.options.search.data_s), ignored);
   std::vector<ScanBundle> bundles;
-  for (ScanBundle bundle; source.next(bundle);) bundles.push_back(bundle);
+  for (ScanBundle bundle; next(bundle);) bundles.push_back(bundle);
   if (bundles.empty()) return std::nullopt;
   try {
-    const FoundStart found = StartFinder(input({}, nullptr)).find(bundles);
+    const FoundStart found = StartFinder(estimator_input(site, {}, nullptr)).find(bundles);
     if (found.best.empty()) return std::nullopt;
     const StartHypothesis& best = found.best.front();
     return PlaceOnMap{best.T_map_imu, best.lidar.share, found.sure};
@@ -105,12 +90,13 @@ std::optional<PlaceOnMap> CheckDrive::find_anywhere() const {
 }
 
 Findings CheckDrive::check(const Pose& start, const LogSample& sample, const Findings& before) const {
-  WarningLog warnings;
-  Bundles bundles(*this, seconds);
+  WarningLog ignored, warnings;
+  const auto next = bundles_of(*this, seconds, ignored);
   EstimateRecord record;
+  const Platform& platform = site.platform;
   ArrayLog readings(platform.suite.magnetometers.size());
-  const auto estimator = make_estimator("smoother", input(start, &warnings));
-  for (ScanBundle bundle; bundles.next(bundle);) {
+  const auto estimator = make_estimator("smoother", estimator_input(site, start, &warnings));
+  for (ScanBundle bundle; next(bundle);) {
     estimator->process_in_place(bundle, record);
     readings.add(bundle.magnetic);
     throw_if_interrupted();
@@ -118,12 +104,10 @@ Findings CheckDrive::check(const Pose& start, const LogSample& sample, const Fin
   estimator->finish(record);
   Findings findings = check_record(record);
   if (record.best().size() < 3) return findings;
-  if (planes != nullptr) append(findings, check_acceleration_along(record.best(), sample, platform));
-  if (field != nullptr) {
-    FieldComparison comparison{readings, platform.suite, record.best(), record.covariances(), {}, {}};
-    comparison.map = [&](const Vector3& position) { return field->query(position, options.magnetic.interpolation); };
-    const std::vector<double>& heights = field->grid().heights_m;
-    if (heights.size() == 1) comparison.only_height_m = heights.front();
+  if (site.planes != nullptr) append(findings, check_acceleration_along(record.best(), sample, platform));
+  if (site.field != nullptr) {
+    const FieldComparison comparison = comparison_with(*site.field, site.options.magnetic.interpolation, readings,
+                                                       platform.suite, record.best(), record.covariances());
     append(findings, check_field_along(comparison, platform, broken_magnetometers(before)));
   }
   for (const auto& [kind, entry] : warnings.entries()) {

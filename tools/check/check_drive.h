@@ -1,11 +1,9 @@
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <string>
 
-#include "estimators/factory.h"
-#include "frontends/configuration/platform.h"
+#include "localization/site.h"
 #include "tools/check/finding.h"
 #include "tools/check/initial_pose_checks.h"
 #include "tools/check/log_sample.h"
@@ -15,12 +13,8 @@ namespace lodestone {
 /// Runs the smoother on the checked part of the log with the maps.
 struct CheckDrive {
   std::string log;
-  Platform platform;
-  RunOptions options;
-  std::shared_ptr<const PlaneMapSource> planes;  ///< may be null
-  std::shared_ptr<const MagneticMap> field;      ///< may be null
+  Site site;
   double seconds = 0.0;
-  Vector3 origin_m = Vector3::Zero();  ///< of the site; added to poses in findings
 
   /// The search of `--initial-pose auto`. If it fails, the reason is added to `findings`.
   std::optional<Pose> find_start(Findings& findings) const;
@@ -31,9 +25,6 @@ struct CheckDrive {
   /// Runs the smoother from `start`: whether it is lost, the share of correspondences, and the residuals of
   /// accelerometer and magnetometers along the path. `before`: the findings so far.
   Findings check(const Pose& start, const LogSample& sample, const Findings& before) const;
-
- private:
-  EstimatorInput input(const Pose& start, WarningLog* warnings) const;
 };
 
 }  // namespace lodestone

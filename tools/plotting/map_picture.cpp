@@ -1,7 +1,5 @@
-#include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/middle_value.h"
 #include "tools/plotting/axes.h"

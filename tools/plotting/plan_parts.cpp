@@ -1,7 +1,6 @@
 #include "tools/plotting/plan_parts.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "tools/plotting/color_bar.h"
 

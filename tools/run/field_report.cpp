@@ -111,11 +111,8 @@ void warn(const StaleMap& stale, const SensorSuite& suite, Time time, WarningLog
 
 FieldReport report_field(const FieldReportInputs& inputs, const ArrayLog& readings, const EstimateRecord& record,
                          WarningLog& warnings) {
-  const MagneticOptions& magnetic = inputs.options->magnetic;
-  FieldComparison comparison{readings, *inputs.suite, record.best(), record.covariances(), {}, {}};
-  comparison.map = [&](const Vector3& position) { return inputs.map->query(position, magnetic.interpolation); };
-  const std::vector<double>& heights = inputs.map->grid().heights_m;
-  if (heights.size() == 1) comparison.only_height_m = heights.front();
+  const FieldComparison comparison = comparison_with(*inputs.map, inputs.options->magnetic.interpolation, readings,
+                                                     *inputs.suite, record.best(), record.covariances());
   FieldReport report;
   report.stale = find_stale_places(comparison, inputs.options->report.stale_map);
   report.rows = field_rows(comparison, report.stale.offsets, record);

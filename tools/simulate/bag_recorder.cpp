@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "core/error.h"
 #include "frontends/logs/ros1/bag_writer.h"
 
 namespace lodestone::simulation {

@@ -1,7 +1,6 @@
 #include "tools/simulate/beam_pattern.h"
 
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 
 #include "core/angles.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/random_stream.h"
+#include "core/bit_mix.h"
 
 namespace lodestone::simulation {
 namespace {

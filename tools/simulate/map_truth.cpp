@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "core/error.h"
 #include "core/magnetometer/sparse_field_nodes.h"
 #include "core/parallel.h"
 #include "frontends/maps/magnetic_map_file.h"

@@ -1,9 +1,6 @@
 #include "estimators/baselines/magnetic_stochastic/distribution_fit.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
-#include <cmath>
-#include <vector>
 
 #include "core/parallel.h"
 

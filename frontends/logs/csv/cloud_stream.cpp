@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
