@@ -1,8 +1,9 @@
 #include "tools/check/acceleration_pairs.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {
@@ -38,12 +39,8 @@ class TwiceIntegrated {
   }
 
   std::optional<Vector3> at(Time time) const {
-    const auto after = std::upper_bound(times_.begin(), times_.end(), time);
-    if (after == times_.begin() || after == times_.end()) return std::nullopt;
-    const auto i = static_cast<std::size_t>(after - times_.begin());
-    if (times_[i] - times_[i - 1] > largest_gap / 10) return std::nullopt;
-    const double share = to_seconds(time - times_[i - 1]) / to_seconds(times_[i] - times_[i - 1]);
-    return positions_[i - 1] + share * (positions_[i] - positions_[i - 1]);
+    const auto place = place_in(times_, time, largest_gap / 10);
+    return place ? std::optional<Vector3>(place->value_of(positions_)) : std::nullopt;
   }
 
  private:

@@ -11,7 +11,7 @@
 #include "core/evaluation/statistics.h"
 #include "tools/check/field_exchange.h"
 #include "tools/check/field_series.h"
-#include "tools/check/vector_medians.h"
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numeric>
 
-#include "tools/check/vector_medians.h"
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "core/evaluation/statistics.h"
-#include "tools/check/vector_medians.h"
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {
@@ -80,12 +80,8 @@ void fit_linear(const FieldSeries& series, FieldModels& models) {
 /// The expected field, interpolated. Only the map is interpolated: interpolated readings would have less noise, which
 /// would favour any delay.
 std::optional<Vector3> expected_at(const FieldSeries& series, Time time) {
-  const auto after = std::upper_bound(series.times.begin(), series.times.end(), time);
-  if (after == series.times.begin() || after == series.times.end()) return std::nullopt;
-  const auto i = static_cast<std::size_t>(after - series.times.begin());
-  if (series.times[i] - series.times[i - 1] > largest_hole) return std::nullopt;
-  const double share = to_seconds(time - series.times[i - 1]) / to_seconds(series.times[i] - series.times[i - 1]);
-  return series.expected_ut[i - 1] + share * (series.expected_ut[i] - series.expected_ut[i - 1]);
+  const auto place = place_in(series.times, time, largest_hole);
+  return place ? std::optional<Vector3>(place->value_of(series.expected_ut)) : std::nullopt;
 }
 
 /// rms of the differences for a given delay, after subtracting the median.

@@ -5,30 +5,24 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "core/angles.h"
-#include "core/evaluation/statistics.h"
 #include "frontends/messages/sensor_checks.h"
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {
 
-constexpr double rest_shaking_m_s2 = 0.6;     // more is motion, for any noise
-constexpr double gravity_tolerance = 0.03;    // relative; a good accelerometer is within 1 %
-constexpr double largest_bias_rad_s = 0.05;   // 3 °/s: above the bias of any suitable gyroscope
-constexpr double degrees_bias_rad_s = 0.2;    // a bias of 0.2 °/s, recorded in degrees
-constexpr double noise_factor = 8.0;          // relative to the platform file
-constexpr double normal_step_sigma = 1.4826;  // standard deviation over median absolute deviation, normal distribution
+constexpr double rest_shaking_m_s2 = 0.6;    // more is motion, for any noise
+constexpr double gravity_tolerance = 0.03;   // relative; a good accelerometer is within 1 %
+constexpr double largest_bias_rad_s = 0.05;  // 3 °/s: above the bias of any suitable gyroscope
+constexpr double degrees_bias_rad_s = 0.2;   // a bias of 0.2 °/s, recorded in degrees
+constexpr double noise_factor = 8.0;         // relative to the platform file
 
-/// Sigma of white noise from differences of neighbours, which motion hardly affects; robust to steps.
 double white_noise(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Vector3 ImuSample::*value) {
-  std::vector<double> steps;
-  for (std::size_t i = begin + 1; i < end; ++i) {
-    const Vector3 step = imu[i].*value - imu[i - 1].*value;
-    for (int axis = 0; axis < 3; ++axis) steps.push_back(std::abs(step[axis]));
-  }
-  return steps.empty() ? 0.0 : normal_step_sigma * summarize(steps).median / std::numbers::sqrt2;
+  std::vector<Vector3> values;
+  for (std::size_t i = begin; i < end; ++i) values.push_back(imu[i].*value);
+  return neighbours_sigma(values);
 }
 
 RestSpan describe(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end) {

@@ -11,6 +11,7 @@
 #include "estimators/initialization/start_scan.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/check/imu_checks.h"
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {
@@ -64,10 +65,6 @@ Up up_at_begin(const LogSample& sample, const ScanOdometry& odometry) {
   std::size_t count = 0;
   while (count < sample.imu.size() && to_seconds(sample.imu[count].time - begin) < gravity_span_s) ++count;
   return {mean_up(std::span(sample.imu).first(count)), false};
-}
-
-double tilt_between_deg(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b)) * degrees_per_radian;
 }
 
 /// Registration of the first scan to the map with one T_imu_lidar.
@@ -196,7 +193,7 @@ class InitialPoseCheck {
   void check_level(const Pose& T_map_imu) {
     if (inputs_.sample.imu.empty()) return;
     const Up up = up_at_begin(inputs_.sample, inputs_.odometry);
-    const double tilt = tilt_between_deg(T_map_imu.rotation * up.direction, Vector3::UnitZ());
+    const double tilt = degrees_per_radian * angle_between_rad(T_map_imu.rotation * up.direction, Vector3::UnitZ());
     if (tilt > 90.0) {
       add(Severity::error, "imu.upside_down", fmt::format("gravity points up ({:.0f} deg from the map's -z)", tilt),
           "at rest, the accelerometer must read +g upwards; check the IMU's axes and lidar.T_imu_lidar");
@@ -233,7 +230,7 @@ Findings check_floor(const LogSample& sample, const Platform& platform, const Sc
   for (std::size_t i = 0; i < turns.size(); ++i) {
     const Vector3 up_lidar = turns[i].conjugate() * up;
     const auto ground = find_ground(odometry.first_scan, up_lidar);
-    if (ground) floors[i] = {ground->points, tilt_between_deg(ground->normal, up_lidar)};
+    if (ground) floors[i] = {ground->points, degrees_per_radian * angle_between_rad(ground->normal, up_lidar)};
   }
   const auto& [given, inverse] = floors;
   const bool inverse_is_level = inverse.points > 0 && inverse.tilt_deg < 0.5 * floor_tilt_deg;

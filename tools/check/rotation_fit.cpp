@@ -7,7 +7,7 @@
 
 #include "tools/check/step_search.h"
 #include "tools/check/turn_integral.h"
-#include "tools/check/vector_medians.h"
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {
@@ -107,10 +107,6 @@ double best_offset(const std::vector<Turn>& turns, const TurnIntegral& gyroscope
   return best_s;
 }
 
-double angle_between(const Vector3& a, const Vector3& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 /// Compares the main turning axis of both sensors. `R_imu_lidar` is then corrected by the smallest rotation that aligns
 /// the axes.
 void compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, RotationFit& fit) {
@@ -121,8 +117,8 @@ void compare_axes(const Moments& moments, const Quaternion& R_imu_lidar, Rotatio
   fit.scale_least = seen.norm() / solver.eigenvalues()[2];
   fit.scale_most = seen.normalized().dot(moments.gyroscope * seen.normalized()) / seen.norm();
   fit.scale = std::sqrt(fit.scale_least * fit.scale_most);
-  fit.axis_error_rad = angle_between(R_imu_lidar * axis, seen);
-  fit.axis_error_inverse_rad = angle_between(R_imu_lidar.conjugate() * axis, seen);
+  fit.axis_error_rad = angle_between_rad(R_imu_lidar * axis, seen);
+  fit.axis_error_inverse_rad = angle_between_rad(R_imu_lidar.conjugate() * axis, seen);
   fit.R_imu_lidar = Quaternion::FromTwoVectors(R_imu_lidar * axis, seen) * R_imu_lidar;
 }
 
@@ -148,8 +144,8 @@ void compare_turns(const Moments& moments, const Quaternion& R_imu_lidar, Rotati
   if (!fit.turn_observable()) return;
   // With two strong axes, noise mixes them slightly. The complete rotation does not have this error.
   const Vector3 axis_lidar = best.R_imu_lidar.conjugate() * axis;
-  fit.axis_error_rad = angle_between(R_imu_lidar * axis_lidar, axis);
-  fit.axis_error_inverse_rad = angle_between(R_imu_lidar.conjugate() * axis_lidar, axis);
+  fit.axis_error_rad = angle_between_rad(R_imu_lidar * axis_lidar, axis);
+  fit.axis_error_inverse_rad = angle_between_rad(R_imu_lidar.conjugate() * axis_lidar, axis);
   fit.R_imu_lidar = best.R_imu_lidar;
 }
 

@@ -1,6 +1,8 @@
 #include "tools/check/turn_integral.h"
 
-#include <algorithm>
+#include <limits>
+
+#include "tools/check/vector_series.h"
 
 namespace lodestone {
 namespace {
@@ -24,21 +26,12 @@ TurnIntegral::TurnIntegral(const std::vector<ImuSample>& imu) {
   }
 }
 
-std::optional<TurnIntegral::Place> TurnIntegral::place_of(Time time) const {
-  const auto after = std::upper_bound(times_.begin(), times_.end(), time);
-  if (after == times_.begin() || after == times_.end()) return std::nullopt;
-  const auto index = static_cast<std::size_t>(after - times_.begin()) - 1;
-  return Place{index, to_seconds(time - times_[index]) / to_seconds(times_[index + 1] - times_[index])};
-}
-
 std::optional<Vector3> TurnIntegral::over(Time begin, Time end) const {
-  const auto from = place_of(begin);
-  const auto to = place_of(end);
+  constexpr Time kAnyGap = std::numeric_limits<Time>::max();
+  const auto from = place_in(times_, begin, kAnyGap);
+  const auto to = place_in(times_, end, kAnyGap);
   if (!from || !to || gaps_[from->index] != gaps_[to->index + 1]) return std::nullopt;
-  const auto at = [&](const Place& place) {
-    return (sums_[place.index] + place.share * (sums_[place.index + 1] - sums_[place.index])).eval();
-  };
-  return at(*to) - at(*from);
+  return to->value_of(sums_) - from->value_of(sums_);
 }
 
 }  // namespace lodestone

@@ -18,12 +18,6 @@ class TurnIntegral {
   std::optional<Vector3> over(Time begin, Time end) const;
 
  private:
-  struct Place {
-    std::size_t index;
-    double share;
-  };
-  std::optional<Place> place_of(Time time) const;
-
   std::vector<Time> times_;
   std::vector<Vector3> sums_;
   std::vector<int> gaps_;  ///< number of gaps before each sample
