@@ -1,7 +1,5 @@
 #include "core/calibration/magnetometer_calibration.h"
 
-#include <Eigen/SVD>
-
 namespace lodestone {
 
 Matrix3 distortion_matrix(const Distortion& e) {
@@ -36,11 +34,6 @@ Eigen::Matrix<double, 9, 9> turned_distortion(const Matrix3& Q) {
   Eigen::Matrix<double, 9, 9> turned;
   for (int i = 0; i < 9; ++i) turned.col(i) = distortion_of(Q * distortion_matrix(Distortion::Unit(i)) * Q.transpose());
   return turned;
-}
-
-Vector3 misalignment_of(const Matrix3& distortion) {
-  const Eigen::JacobiSVD<Matrix3> svd(distortion, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return so3::log(Quaternion(Matrix3(svd.matrixU() * svd.matrixV().transpose())).normalized());
 }
 
 }  // namespace lodestone

@@ -34,8 +34,4 @@ Eigen::Matrix<double, 3, 9> distortion_jacobian(const Vector3& v);
 /// The same distortion in other axes, as a matrix on the nine numbers: D → Q D Qᵀ. `Q` is a rotation.
 Eigen::Matrix<double, 9, 9> turned_distortion(const Matrix3& Q);
 
-/// Misalignment of a magnetometer relative to the platform file: the rotation (axis times angle, rad) of the polar
-/// decomposition of D.
-Vector3 misalignment_of(const Matrix3& distortion);
-
 }  // namespace lodestone

@@ -39,12 +39,6 @@ TEST(Distortion, NineNumbersAreAnyMatrix) {
             1e-14);
 }
 
-TEST(Distortion, MisalignmentIsTheTurnOfATurnedSensor) {
-  const Vector3 turn(0.1, -0.2, 0.05);
-  const Matrix3 stretch = Vector3(1.1, 0.9, 1.02).asDiagonal();
-  EXPECT_LT((misalignment_of(so3::exp(turn).toRotationMatrix() * stretch) - turn).norm(), 1e-12);
-}
-
 TEST(ParameterGain, HoldsWhatIsNotToldAndKeepsWhatIs) {
   // The sum of two parameters is observed well, their difference not at all; a third parameter halfway.
   const Eigen::Vector3d sigma(10.0, 10.0, 0.1);
