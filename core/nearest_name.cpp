@@ -35,10 +35,4 @@ std::string suggestion(std::string_view wrong, const std::vector<std::string>& n
   return "; did you mean '" + nearest + "'?";
 }
 
-std::string join_names(const std::vector<std::string>& names) {
-  std::string line;
-  for (const std::string& name : names) line += (line.empty() ? "" : ", ") + name;
-  return line;
-}
-
 }  // namespace lodestone

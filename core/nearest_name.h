@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,7 +18,15 @@ std::string nearest_name(std::string_view wrong, const std::vector<std::string>&
 /// Otherwise empty.
 std::string suggestion(std::string_view wrong, const std::vector<std::string>& names);
 
-/// The names in one line: "a, b, c".
-std::string join_names(const std::vector<std::string>& names);
+/// The names of all elements in one line: "a, b, c". `name_of`: of an element, for std::invoke.
+template <class Range, class Name = std::identity>
+std::string join_names(Range&& elements, Name name_of = {}) {
+  std::string line;
+  for (const auto& element : elements) {
+    if (!line.empty()) line += ", ";
+    line += std::invoke(name_of, element);
+  }
+  return line;
+}
 
 }  // namespace lodestone

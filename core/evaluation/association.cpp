@@ -47,15 +47,16 @@ PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
   return pairs;
 }
 
-PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth, Time max_gap) {
+PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth) {
   constexpr Time kNear = 10'000'000;
+  constexpr Time kLongestGap = from_seconds(kLongestInterpolation_s);
   constexpr Time kAnyGap = std::numeric_limits<Time>::max();
   PosePairs pairs;
   if (truth.empty()) return pairs;
   for (std::size_t i = 0; i < estimate.size(); ++i) {
     const Time near = truth[nearest(truth, estimate[i].time)].time;
     const bool is_near = std::abs(near - estimate[i].time) <= kNear;
-    if (const auto pose = interpolate(truth, estimate[i].time, is_near ? kAnyGap : max_gap)) {
+    if (const auto pose = interpolate(truth, estimate[i].time, is_near ? kAnyGap : kLongestGap)) {
       pairs.push_back({estimate[i].time, estimate[i].pose, *pose, i});
     }
   }

@@ -28,10 +28,9 @@ PosePairs associate_nearest(const Trajectory& estimate, const Trajectory& truth,
 inline constexpr double kLongestInterpolation_s = 0.25;
 
 /// Pairs every estimated pose with the ground truth interpolated at its stamp. In a gap of the ground truth longer than
-/// `max_gap`, only poses within 10 ms of a ground-truth pose are paired: some ground truths have one pose per scan.
-/// Poses outside the span of the ground truth have no pair.
-PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth,
-                                 Time max_gap = from_seconds(kLongestInterpolation_s));
+/// kLongestInterpolation_s, only poses within 10 ms of a ground-truth pose are paired: some ground truths have one pose
+/// per scan. Poses outside the span of the ground truth have no pair.
+PosePairs associate_interpolated(const Trajectory& estimate, const Trajectory& truth);
 
 /// The ground truth interpolated at `times`, without times at which associate_interpolated finds none.
 Trajectory truth_at(const std::vector<Time>& times, const Trajectory& truth);

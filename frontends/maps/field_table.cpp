@@ -143,8 +143,8 @@ class TableReader {
           std::none_of(cells.begin(), cells.end(), [&](auto cell) { return parse_number(cell, ignored); });
       if (words && (parse_header(cells) || comment)) return;
       if (words) {
-        fail(fmt::format("found the columns {}; expected x, y, z, Bx, By, Bz, and optionally sigma",
-                         join_names({cells.begin(), cells.end()})));
+        fail(
+            fmt::format("found the columns {}; expected x, y, z, Bx, By, Bz, and optionally sigma", join_names(cells)));
       }
       if (comment) return;
       take_order(cells.size());

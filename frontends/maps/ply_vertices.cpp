@@ -149,10 +149,8 @@ void PlyVertices::find_coordinates() {
     const auto property = std::find_if(found->properties.begin(), found->properties.end(),
                                        [&name](const Property& each) { return each.name == name; });
     if (property == found->properties.end()) {
-      std::vector<std::string> names;
-      for (const Property& each : found->properties) names.push_back(each.name);
-      throw InputError(
-          fmt::format("{}: the points have no field '{}'; the file has {}", path_, name, join_names(names)));
+      throw InputError(fmt::format("{}: the points have no field '{}'; the file has {}", path_, name,
+                                   join_names(found->properties, &Property::name)));
     }
     if (property->type != 'F' || property->count_size > 0) {
       throw InputError(fmt::format(

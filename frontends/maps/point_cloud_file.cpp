@@ -65,11 +65,8 @@ struct PositionLayout {
       const auto field = std::find_if(fields.begin(), fields.end(),
                                       [&name](const PointFieldLayout& each) { return each.name == name; });
       if (field == fields.end()) {
-        std::vector<std::string> names;
-        names.reserve(fields.size());
-        for (const auto& each : fields) names.push_back(each.name);
-        throw InputError(
-            fmt::format("{}: the points have no field '{}'; the file has {}", path, name, join_names(names)));
+        throw InputError(fmt::format("{}: the points have no field '{}'; the file has {}", path, name,
+                                     join_names(fields, &PointFieldLayout::name)));
       }
       if (field->type != 'F' || (field->size != 4 && field->size != 8)) {
         throw InputError(fmt::format(

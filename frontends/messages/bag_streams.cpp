@@ -131,8 +131,8 @@ std::vector<std::string> find_topics(const std::string& path, const Platform& pl
     throw InputError(platform.file_name() +
                      ": there is no topic of the required sensors; add the topics (magnetometers: - topic: ...)");
   if (topics.empty()) throw InputError(path + ": the log has no messages");
-  std::string list;
-  for (const auto& topic : topics) list += fmt::format("{}{} ({})", list.empty() ? "" : ", ", topic.name, topic.type);
+  const std::string list =
+      join_names(topics, [](const TopicInfo& topic) { return fmt::format("{} ({})", topic.name, topic.type); });
   std::vector<std::string> chosen;
   for (SensorStream& stream : streams) {
     const std::string key = stream.key + " in " + platform.file_name();

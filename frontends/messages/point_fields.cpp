@@ -17,9 +17,7 @@ using ros1::PointCloudMessage;
 using ros1::PointField;
 
 std::string names_of(const PointCloudMessage& message) {
-  std::vector<std::string> names;
-  for (const PointField& field : message.fields) names.push_back(field.name);
-  return names.empty() ? "none" : join_names(names);
+  return message.fields.empty() ? "none" : join_names(message.fields, &PointField::name);
 }
 
 /// The first of `names` that is a field; empty if none is.

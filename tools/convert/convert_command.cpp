@@ -7,10 +7,12 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <utility>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "frontends/logs/log_conversion.h"
 #include "frontends/logs/open_log.h"
 #include "tools/command_files.h"
@@ -42,13 +44,6 @@ const std::map<std::string, LogFormat> formats{
 const std::map<std::string, Codec> codecs{
     {"none", Codec::none}, {"lz4", Codec::lz4}, {"zstd", Codec::zstd}, {"bz2", Codec::bz2}};
 
-template <class Value>
-std::string names_of(const std::map<std::string, Value>& values) {
-  std::string text;
-  for (const auto& [name, value] : values) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 LogFormat format_of(const ConvertCall& call) {
   std::string name = call.format;
   if (name.empty()) name = std::filesystem::path(call.out).extension().string();
@@ -56,7 +51,7 @@ LogFormat format_of(const ConvertCall& call) {
   const auto found = formats.find(name);
   if (found == formats.end()) {
     throw InputError(fmt::format("{}: the ending '{}' names no format; expected {}; or set --format", call.out, name,
-                                 names_of(formats)));
+                                 join_names(std::views::keys(formats))));
   }
   return found->second;
 }
@@ -67,11 +62,9 @@ Codec codec_of(const ConvertCall& call, LogFormat format) {
   }
   const Codec codec = codecs.at(call.compression);
   if (!can_pack(format, codec)) {
-    std::string fitting;
-    for (const auto& [name, other] : codecs) {
-      if (can_pack(format, other)) fitting += (fitting.empty() ? "" : ", ") + name;
-    }
-    throw InputError(fmt::format("--compression: this format supports {}; found {}", fitting, call.compression));
+    const auto fits = [format](const auto& entry) { return can_pack(format, entry.second); };
+    throw InputError(fmt::format("--compression: this format supports {}; found {}",
+                                 join_names(codecs | std::views::filter(fits) | std::views::keys), call.compression));
   }
   return codec;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 #include "frontends/configuration/configuration_node.h"
 #include "frontends/configuration/file_kind.h"
 
@@ -63,10 +64,8 @@ const StatedImuNoise& imu_of_topic(const std::vector<StatedImuNoise>& imus, cons
   const auto found = std::ranges::find(imus, topic, &StatedImuNoise::topic);
   if (found != imus.end()) return *found;
   if (imus.size() == 1) return imus.front();
-  std::string topics;
-  for (const StatedImuNoise& imu : imus) topics += (topics.empty() ? "" : ", ") + imu.topic;
   throw InputError(fmt::format("{}: none of the IMUs ({}) is the log's, {}; correct its rostopic, or keep one IMU",
-                               path, topics, topic));
+                               path, join_names(imus, &StatedImuNoise::topic), topic));
 }
 
 }  // namespace lodestone

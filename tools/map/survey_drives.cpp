@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/middle_value.h"
+#include "core/nearest_name.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/command_files.h"
 
@@ -59,11 +60,7 @@ Time pose_spacing(const Trajectory& trajectory) {
 }  // namespace
 
 std::string SurveyFiles::names(const std::vector<std::string>& paths) {
-  std::string names;
-  for (const std::string& path : paths) {
-    names += (names.empty() ? "" : ", ") + std::filesystem::path(path).filename().string();
-  }
-  return names;
+  return join_names(paths, [](const std::string& path) { return std::filesystem::path(path).filename().string(); });
 }
 
 void add_survey_files(CLI::App& command, CommandFiles& files, const std::string& topics, SurveyFiles& survey) {

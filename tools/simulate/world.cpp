@@ -4,17 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "core/error.h"
+#include "core/nearest_name.h"
 
 namespace lodestone::simulation {
 
 const std::pair<const std::string, Sequence>& find_sequence(const World& world, const std::string& name) {
   const auto found = name.empty() ? world.sequences.begin() : world.sequences.find(name);
   if (found != world.sequences.end()) return *found;
-  std::string names;
-  for (const auto& entry : world.sequences) names += (names.empty() ? "" : ", ") + entry.first;
-  throw InputError(fmt::format("{}: sequences: there is no sequence '{}' (known: {})", world.file, name, names));
+  throw InputError(fmt::format("{}: sequences: there is no sequence '{}' (known: {})", world.file, name,
+                               join_names(std::views::keys(world.sequences))));
 }
 
 const std::vector<Solid>& find_scene(const World& world, const std::string& name) {

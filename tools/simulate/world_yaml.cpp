@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <ranges>
 
 #include "frontends/configuration/configuration_node.h"
 #include "frontends/configuration/file_kind.h"
@@ -259,8 +260,7 @@ void read_scenes(const ConfigurationNode& scenes, const ConfigurationNode* templ
 /// Checks that a scene named by a key of the file exists; reads nothing of the scene.
 void check_scene(const World& world, const ConfigurationNode& owner, const std::string& name) {
   if (name.empty() || world.scenes.count(name) != 0) return;
-  std::string names;
-  for (const auto& entry : world.scenes) names += (names.empty() ? "" : ", ") + entry.first;
+  const std::string names = join_names(std::views::keys(world.scenes));
   owner.at("scene").fail("there is no scene '" + name + "' under scenes" +
                          (names.empty() ? "" : " (known: " + names + ")"));
 }
