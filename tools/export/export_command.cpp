@@ -20,6 +20,7 @@
 #include "tools/export/run_results.h"
 #include "tools/origin_option.h"
 #include "tools/progress.h"
+#include "tools/run/output_folder_check.h"
 #include "tools/writers/estimate_files.h"
 #include "tools/writers/output_folder.h"
 
@@ -56,11 +57,7 @@ void check_output(const ExportCall& call, const fs::path& out) {
   const fs::path in_run = path_below(out.string(), call.run);
   if (in_run.empty()) return;
   const bool in_subfolder = std::next(in_run.begin()) != in_run.end();
-  const fs::path name = in_run.filename();
-  if (!in_subfolder && name != "." && name != "summary.json" && name != "config.yaml" && name != "call.json" &&
-      name != "bound.csv") {
-    return;
-  }
+  if (!in_subfolder && in_run != "." && !is_run_output(in_run)) return;
   throw InputError(fmt::format("--out {}: is among the results of {}; choose another name", out.string(), call.run));
 }
 
@@ -129,10 +126,9 @@ void export_to_log(const ExportCall& call, const RunResults& run, const fs::path
 
 void export_to_trajectory(const ExportCall& call, const RunResults& run, const fs::path& out) {
   if (run.estimators.size() > 1) {
-    std::vector<std::string> names;
-    for (const EstimatorResults& results : run.estimators) names.push_back(results.files.name);
+    const auto name_of = [](const EstimatorResults& results) { return results.files.name; };
     throw InputError(fmt::format("--to {}: the file has one trajectory; choose one of {} with --estimator", call.to,
-                                 join_names(names)));
+                                 join_names(run.estimators, name_of)));
   }
   const EstimatorFiles& files = run.estimators.front().files;
   const Trajectory trajectory = georeferenced(files.trajectory, run.origin_m);

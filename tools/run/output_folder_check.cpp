@@ -28,11 +28,6 @@ std::vector<fs::path> written_files() {
   return files;
 }
 
-bool is_run_output(const fs::path& in_out) {
-  const std::vector<fs::path> files = written_files();
-  return *in_out.begin() == "checkpoint" || std::find(files.begin(), files.end(), in_out) != files.end();
-}
-
 /// Throws InputError if a run would replace a file that no run wrote.
 void check_foreign_files(const fs::path& out) {
   if (fs::exists(out / "checkpoint" / "call.json") || summary_in(out).contains("identity")) return;
@@ -45,6 +40,11 @@ void check_foreign_files(const fs::path& out) {
 }
 
 }  // namespace
+
+bool is_run_output(const fs::path& in_out) {
+  const std::vector<fs::path> files = written_files();
+  return *in_out.begin() == "checkpoint" || std::find(files.begin(), files.end(), in_out) != files.end();
+}
 
 void check_output_folder(const RunCall& call) {
   if (fs::is_directory(call.log) && !path_below(call.out, call.log).empty()) {
