@@ -40,9 +40,9 @@ Pose initial_pose_from(const Trajectory& trajectory, const std::string& path, Ti
   const Time wait = trajectory.front().time - time;
   if (wait > 0 && wait < kEarliest) return trajectory.front().pose;
   throw InputError(fmt::format(
-      "{}: there is no pose at the log's begin, {} s; the trajectory spans {} s to {} s; --initial-pose-from requires "
+      "{}: there is no pose at the log's begin, {} s; the trajectory spans {}; --initial-pose-from requires "
       "a trajectory with the log's clock",
-      path, format_stamp(time), format_stamp(trajectory.front().time), format_stamp(trajectory.back().time)));
+      path, format_stamp(time), span_text(trajectory.front().time, trajectory.back().time)));
 }
 
 Vector3 initial_velocity_from(const Trajectory& trajectory, Time time) {

@@ -139,6 +139,10 @@ std::string format_stamp(Time time) {
                      magnitude % nanoseconds_per_second);
 }
 
+std::string span_text(Time from, Time to) {
+  return fmt::format("{} s to {} s", format_stamp(from), format_stamp(to));
+}
+
 Trajectory read_tum(const std::string& path) {
   return parse_tum(path, read_text_file(path));
 }

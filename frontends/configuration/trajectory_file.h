@@ -14,6 +14,9 @@ bool parse_stamp(std::string_view text, Time& time);
 /// Seconds with nine decimals, exact: "1403715529.112143517".
 std::string format_stamp(Time time);
 
+/// "FROM s to TO s".
+std::string span_text(Time from, Time to);
+
 /// Reads a trajectory in TUM order (t x y z qx qy qz qw, seconds and metres); '#' starts a comment line. Quaternions
 /// are normalized. Equal stamps are kept, since real files contain some. Throws InputError, with file and line, for a
 /// malformed line, a quaternion far from unit length, or a decreasing stamp; and for a file without poses.

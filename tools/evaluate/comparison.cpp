@@ -32,7 +32,7 @@ std::vector<double> in_degrees(std::vector<double> radians) {
   return radians;
 }
 
-std::string span_text(const Trajectory& trajectory) {
+std::string stamps_of(const Trajectory& trajectory) {
   return format_stamp(trajectory.front().time) + " to " + format_stamp(trajectory.back().time);
 }
 
@@ -49,7 +49,7 @@ PosePairs associate(const ComparisonCall& call, const Trajectory& estimate, cons
   if (pairs.empty()) {
     throw InputError(fmt::format(
         "{} and {}: no stamps match: they span {} s and {} s; check that both use one clock{}", call.estimate,
-        call.truth, span_text(estimate), span_text(truth),
+        call.truth, stamps_of(estimate), stamps_of(truth),
         call.interpolate ? fmt::format(", and that the ground truth has a pose every {} s", kLongestInterpolation_s)
                          : fmt::format(", or widen --max-difference (now {} s)", call.max_difference_s)));
   }

@@ -32,10 +32,8 @@ struct DeskewedScans::Implementation {
     if (trajectory.empty()) return;
     const Time from = trajectory.front().time, to = trajectory.back().time;
     if (to >= source.begin_time() && from <= source.end_time()) return;
-    throw InputError(fmt::format(
-        "{}: no scan has a pose: the log spans {} s to {} s, and the run {} s to {} s; use the "
-        "log of this run",
-        log, format_stamp(source.begin_time()), format_stamp(source.end_time()), format_stamp(from), format_stamp(to)));
+    throw InputError(fmt::format("{}: no scan has a pose: the log spans {}, and the run {}; use the log of this run",
+                                 log, span_text(source.begin_time(), source.end_time()), span_text(from, to)));
   }
 
   /// Distance from the plane, positive on the side of the LiDAR.

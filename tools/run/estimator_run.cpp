@@ -114,7 +114,7 @@ void warn_of_loss(const EstimateRecord& record, WarningLog& warnings) {
       break;
     }
     warnings.add("run.lost",
-                 fmt::format("lost from {} s to {} s, {}: {}", format_stamp(interval.from), format_stamp(interval.to),
+                 fmt::format("lost from {}, {}: {}", span_text(interval.from, interval.to),
                              interval.regained ? "then found again" : "the end of the log", explanation(reason)),
                  interval.from);
   }
@@ -160,9 +160,9 @@ void warn_of_truth(const EstimatorRun& run, const Trajectory& estimate, const Po
   const std::string sparse =
       pairs.empty() ? fmt::format("; it must have a pose every {} s", kLongestInterpolation_s) : std::string();
   warnings.add("run.truth",
-               fmt::format("{} spans {} s to {} s, the log {} s to {} s: {} of {} poses are compared{}", run.truth_file,
-                           format_stamp(run.truth->front().time), format_stamp(run.truth->back().time),
-                           format_stamp(log_begin), format_stamp(log_end), pairs.size(), estimate.size(), sparse),
+               fmt::format("{} spans {}, the log {}: {} of {} poses are compared{}", run.truth_file,
+                           span_text(run.truth->front().time, run.truth->back().time), span_text(log_begin, log_end),
+                           pairs.size(), estimate.size(), sparse),
                estimate.front().time);
 }
 

@@ -141,10 +141,10 @@ void check_log(const RunCall& call, const RunInputs& inputs) {
   if (call.truth.empty()) return;
   const Time from = inputs.truth.front().time, to = inputs.truth.back().time;
   if (to >= log.begin && from <= std::max(log.begin, log.end)) return;
-  throw InputError(fmt::format(
-      "{}: no time in common with the log: it spans {} s to {} s, and {} {} s to {} s; use the ground truth of this "
-      "drive, with the log's clock",
-      call.truth, format_stamp(from), format_stamp(to), call.log, format_stamp(log.begin), format_stamp(log.end)));
+  throw InputError(
+      fmt::format("{}: no time in common with the log: it spans {}, and {} {}; use the ground truth "
+                  "of this drive, with the log's clock",
+                  call.truth, span_text(from, to), call.log, span_text(log.begin, log.end)));
 }
 
 struct LogSpan {
