@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <sstream>
-#include <stdexcept>
 #include <vector>
 
 namespace lodestone {
@@ -59,6 +58,13 @@ const std::map<std::string, std::string>& ros2_fields() {
        "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\n"
        "string hardware_id\ndiagnostic_msgs/KeyValue[] values\n"},
       {"diagnostic_msgs/DiagnosticArray", "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n"},
+      {"geometry_msgs/Vector3Stamped", "std_msgs/Header header\ngeometry_msgs/Vector3 vector\n"},
+      {"std_msgs/MultiArrayDimension", "string label\nuint32 size\nuint32 stride\n"},
+      {"std_msgs/MultiArrayLayout", "std_msgs/MultiArrayDimension[] dim\nuint32 data_offset\n"},
+      {"std_msgs/Float32MultiArray", "std_msgs/MultiArrayLayout layout\nfloat32[] data\n"},
+      {"std_msgs/Float64MultiArray", "std_msgs/MultiArrayLayout layout\nfloat64[] data\n"},
+      {"sensor_msgs/JointState",
+       "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"},
       {"sensor_msgs/PointField",
        "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n"
        "uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n"},
@@ -144,9 +150,8 @@ TypeDefinition ros2_definition(const TopicInfo& topic) {
   return {text, said ? topic.definition_encoding : "ros2msg"};
 }
 
-std::string result_definition(const std::string& type) {
-  if (message_type(type) == MessageType::point_cloud) return ros2_definition(MessageType::point_cloud);
-  if (!ros2_fields().contains(type)) throw std::invalid_argument("result_definition: unknown type " + type);
+std::string further_definition(const std::string& type) {
+  if (!ros2_fields().contains(type)) return {};
   std::vector<std::string> types;
   collect_types(fields_of(type, Ros::two), Ros::two, types);
   return joined_definitions(fields_of(type, Ros::two), types, Ros::two);

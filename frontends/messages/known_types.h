@@ -21,8 +21,8 @@ std::string ros1_definition(MessageType type);
 /// The type's definition as ROS 2's recorders store it (ros2msg). Empty for `other`.
 std::string ros2_definition(MessageType type);
 
-/// The definition of a type of result_topic(), in the same format. Throws std::invalid_argument for an unknown type.
-std::string result_definition(const std::string& type);
+/// The same for types of results and other common types, with the header first. Empty for an unknown type.
+std::string further_definition(const std::string& type);
 
 /// A type's definition and its language; both empty if unknown.
 struct TypeDefinition {

@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "frontends/configuration/number_text.h"
-#include "frontends/messages/known_types.h"
 #include "frontends/messages/topic_list.h"
 
 namespace lodestone {
@@ -90,22 +89,6 @@ std::map<std::string, std::vector<Field>> parse_definition(const std::string& ty
     }
   }
   return types;
-}
-
-std::string common_definition(const std::string& type) {
-  const std::string layout =
-      "=================\nMSG: std_msgs/MultiArrayLayout\nstd_msgs/MultiArrayDimension[] dim\nuint32 data_offset\n"
-      "=================\nMSG: std_msgs/MultiArrayDimension\nstring label\nuint32 size\nuint32 stride\n";
-  if (type == "std_msgs/Float64MultiArray") return "std_msgs/MultiArrayLayout layout\nfloat64[] data\n" + layout;
-  if (type == "std_msgs/Float32MultiArray") return "std_msgs/MultiArrayLayout layout\nfloat32[] data\n" + layout;
-  if (type == "geometry_msgs/Vector3Stamped") {
-    return "std_msgs/Header header\ngeometry_msgs/Vector3 vector\n=================\nMSG: geometry_msgs/Vector3\n"
-           "float64 x\nfloat64 y\nfloat64 z\n";
-  }
-  if (type == "sensor_msgs/JointState") {
-    return "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n";
-  }
-  return ros2_definition(message_type(type));
 }
 
 }  // namespace lodestone

@@ -14,9 +14,6 @@ namespace lodestone {
 std::map<std::string, std::vector<MessagePaths::Field>> parse_definition(const std::string& type,
                                                                          const std::string& text);
 
-/// Definitions of common types, for logs without definitions; empty for other types.
-std::string common_definition(const std::string& type);
-
 /// Bytes of a numeric type in a message; 0 for other types.
 int size_of_number(const std::string& type);
 

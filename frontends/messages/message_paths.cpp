@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "frontends/configuration/number_text.h"
+#include "frontends/messages/known_types.h"
 #include "frontends/messages/message_definition.h"
 #include "frontends/messages/message_reading.h"
 #include "frontends/messages/with_reader.h"
@@ -120,7 +121,8 @@ MessagePaths::MessagePaths(std::string source, const TopicInfo& topic) : source_
 void MessagePaths::parse(const TopicInfo& topic) {
   const std::string where = fmt::format("{}: topic {} is a {}", source_, topic.name, topic.type);
   if (topic.encoding == Encoding::other) throw InputError(where + " in an encoding of neither ROS 1 nor ROS 2");
-  const std::string text = topic.definition.empty() ? common_definition(topic.type) : topic.definition;
+  std::string text = topic.definition.empty() ? ros2_definition(message_type(topic.type)) : topic.definition;
+  if (text.empty()) text = further_definition(topic.type);
   if (text.empty()) {
     throw InputError(
         where +

@@ -1,6 +1,7 @@
 #include "frontends/messages/result_messages.h"
 
 #include <limits>
+#include <stdexcept>
 
 #include "core/error.h"
 #include "frontends/configuration/trajectory_file.h"
@@ -36,7 +37,9 @@ TopicInfo result_topic(const std::string& name, const std::string& type) {
   topic.name = name;
   topic.type = type;
   topic.encoding = Encoding::cdr;
-  topic.definition = result_definition(type);
+  const bool cloud = message_type(type) == MessageType::point_cloud;
+  topic.definition = cloud ? ros2_definition(MessageType::point_cloud) : further_definition(type);
+  if (topic.definition.empty()) throw std::invalid_argument("result_topic: unknown type " + type);
   topic.definition_encoding = "ros2msg";
   return topic;
 }
