@@ -19,18 +19,15 @@ double share(std::size_t part, std::size_t whole, double of_none) {
 std::map<std::string, double> stale_figures(const std::filesystem::path& cells, const MagneticMap& field,
                                             const MagneticMap& own) {
   const CsvTable table(cells);
-  const std::vector<double> x = table.numbers("x_m");
-  const std::vector<double> y = table.numbers("y_m");
-  const std::vector<double> z = table.numbers("z_m");
+  const std::vector<Vector3> positions = table.vectors("", "_m");
   const std::vector<double> place = table.numbers("place");
   std::size_t changed = 0;
   std::size_t found = 0;
   std::size_t unchanged = 0;
   std::size_t reported = 0;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    const Vector3 position(x[i], y[i], z[i]);
-    const auto used = field.query(position, FieldInterpolation::bicubic);
-    const auto today = own.query(position, FieldInterpolation::bicubic);
+    const auto used = field.query(positions[i], FieldInterpolation::bicubic);
+    const auto today = own.query(positions[i], FieldInterpolation::bicubic);
     if (!used || !today) continue;
     const double change_ut = (used->field_ut - today->field_ut).norm();
     const bool is_reported = place[i] > 0.0;

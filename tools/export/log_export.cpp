@@ -82,15 +82,13 @@ PackedCloud stale_cells(const fs::path& folder) {
   PackedCloud cloud({"x", "y", "z", "difference_ut", "place"});
   if (!fs::exists(folder / "field_cells.csv")) return cloud;
   const CsvTable table(folder / "field_cells.csv");
-  const auto column = [&table](const char* name) { return table.numbers(name); };
-  const std::vector<double> x = column("x_m"), y = column("y_m"), z = column("z_m"), place = column("place");
-  const std::vector<double> dx = column("difference_x_ut"), dy = column("difference_y_ut"),
-                            dz = column("difference_z_ut");
+  const std::vector<Vector3> centers_m = table.vectors("", "_m"), differences_ut = table.vectors("difference_", "_ut");
+  const std::vector<double> place = table.numbers("place");
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (!(place[i] > 0.0)) continue;
-    const double difference = Vector3(dx[i], dy[i], dz[i]).norm();
-    cloud.add({static_cast<float>(x[i]), static_cast<float>(y[i]), static_cast<float>(z[i]),
-               static_cast<float>(difference), static_cast<float>(place[i])});
+    const Eigen::Vector3f center = centers_m[i].cast<float>();
+    cloud.add({center.x(), center.y(), center.z(), static_cast<float>(differences_ut[i].norm()),
+               static_cast<float>(place[i])});
   }
   return cloud;
 }

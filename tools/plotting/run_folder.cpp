@@ -40,8 +40,8 @@ ErrorSeries read_error_series(const std::filesystem::path& folder, Time begin) {
   return series;
 }
 
-std::vector<TimeInterval> read_degenerate_stretches(const std::filesystem::path& folder, Time begin, double join_s,
-                                                    double least_s) {
+std::vector<TimeInterval> read_degenerate_stretches(const std::filesystem::path& folder, Time begin) {
+  constexpr double kJoin_s = 1.0, kLeast_s = 0.5;
   const CsvTable table(folder / "diagnostics.csv");
   const std::vector<double> time = seconds_since(table.stamps("t_s"), begin);
   const std::vector<double> directions = table.numbers("degenerate_directions");
@@ -49,16 +49,13 @@ std::vector<TimeInterval> read_degenerate_stretches(const std::filesystem::path&
   for (std::size_t i = 0; i < time.size(); ++i) {
     if (!(directions[i] > 0.0)) continue;
     const double from = i > 0 ? time[i - 1] : time[i];  // a scan ends at its stamp
-    if (!intervals.empty() && from - intervals.back().second <= join_s) {
+    if (!intervals.empty() && from - intervals.back().second <= kJoin_s) {
       intervals.back().second = time[i];
     } else {
       intervals.emplace_back(from, time[i]);
     }
   }
-  intervals.erase(
-      std::remove_if(intervals.begin(), intervals.end(),
-                     [&](const TimeInterval& interval) { return interval.second - interval.first < least_s; }),
-      intervals.end());
+  std::erase_if(intervals, [](const TimeInterval& one) { return one.second - one.first < kLeast_s; });
   return intervals;
 }
 
@@ -67,10 +64,7 @@ ResidualTrack read_residuals(const std::filesystem::path& folder, Time begin) {
   ResidualTrack track;
   track.time_s = seconds_since(table.stamps("t_s"), begin);
   track.difference_ut = table.numbers("mean_difference_ut");
-  const std::vector<double> x = table.numbers("x_m");
-  const std::vector<double> y = table.numbers("y_m");
-  const std::vector<double> z = table.numbers("z_m");
-  for (std::size_t i = 0; i < x.size(); ++i) track.position.emplace_back(x[i], y[i], z[i]);
+  track.position = table.vectors("", "_m");
   return track;
 }
 

@@ -39,10 +39,9 @@ Time begin_of(const std::filesystem::path& folder);
 /// errors.csv; the method is the folder's name.
 ErrorSeries read_error_series(const std::filesystem::path& folder, Time begin);
 
-/// Intervals of scans with a degenerate direction, from diagnostics.csv. Intervals closer than `join_s` are joined;
-/// then intervals shorter than `least_s` are dropped.
-std::vector<TimeInterval> read_degenerate_stretches(const std::filesystem::path& folder, Time begin,
-                                                    double join_s = 1.0, double least_s = 0.5);
+/// Intervals of scans with a degenerate direction, from diagnostics.csv. Intervals closer than 1 s are joined; then
+/// intervals shorter than 0.5 s are dropped.
+std::vector<TimeInterval> read_degenerate_stretches(const std::filesystem::path& folder, Time begin);
 
 /// field_residuals.csv.
 ResidualTrack read_residuals(const std::filesystem::path& folder, Time begin);

@@ -73,6 +73,15 @@ std::vector<std::string> CsvTable::texts(const std::string& column) const {
   return values;
 }
 
+std::vector<Vector3> CsvTable::vectors(const std::string& before, const std::string& after) const {
+  std::vector<Vector3> values(rows(), Vector3::Zero());
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<double> column = numbers(before + "xyz"[axis] + after);
+    for (std::size_t row = 0; row < rows(); ++row) values[row][axis] = column[row];
+  }
+  return values;
+}
+
 std::vector<Time> CsvTable::stamps(const std::string& column) const {
   const std::size_t index = index_of(column);
   std::vector<Time> values;

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/so3.h"
 #include "core/time.h"
 
 namespace lodestone {
@@ -21,6 +22,8 @@ class CsvTable {
   /// A column by name. Throw InputError with file and line if the column is missing or a value cannot be parsed.
   std::vector<double> numbers(const std::string& column) const;
   std::vector<std::string> texts(const std::string& column) const;
+  /// The columns BEFORExAFTER, BEFOREyAFTER and BEFOREzAFTER.
+  std::vector<Vector3> vectors(const std::string& before, const std::string& after) const;
   std::vector<Time> stamps(const std::string& column) const;  ///< decimal seconds, exact
 
  private:

@@ -39,16 +39,14 @@ void write_errors(const std::filesystem::path& path, const std::vector<ErrorRow>
 std::vector<ErrorRow> read_errors(const std::filesystem::path& path) {
   const CsvTable table(path);
   const std::vector<Time> times = table.stamps("t_s");
-  const std::vector<double> x = table.numbers("error_x_m");
-  const std::vector<double> y = table.numbers("error_y_m");
-  const std::vector<double> z = table.numbers("error_z_m");
+  const std::vector<Vector3> error = table.vectors("error_", "_m");
   const std::vector<double> norm = table.numbers("error_m");
   const std::vector<double> heading = table.numbers("heading_error_deg");
   const std::vector<double> sigma = table.numbers("position_sigma_m");
   std::vector<ErrorRow> rows;
   rows.reserve(times.size());
   for (std::size_t i = 0; i < times.size(); ++i) {
-    rows.push_back({times[i], {x[i], y[i], z[i]}, norm[i], heading[i], sigma[i]});
+    rows.push_back({times[i], error[i], norm[i], heading[i], sigma[i]});
   }
   return rows;
 }
