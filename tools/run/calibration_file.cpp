@@ -22,20 +22,6 @@ struct CalibrationPlace {
   std::string sensor, part, unit, key, sigma_key;
 };
 
-class CalibrationRows {
- public:
-  void add(const CalibrationPlace& place, const std::string& parameter, double estimate, double sigma,
-           double platform_sigma) {
-    rows_.push_back(
-        {place.sensor, parameter, place.part, place.unit, estimate, sigma, platform_sigma, place.key, place.sigma_key});
-  }
-
-  std::vector<CalibrationRow> take() { return std::move(rows_); }
-
- private:
-  std::vector<CalibrationRow> rows_;
-};
-
 double deviation_in_sigmas(const CalibrationRow& row) {
   return std::abs(row.estimate) / row.platform_sigma;
 }
@@ -43,19 +29,24 @@ double deviation_in_sigmas(const CalibrationRow& row) {
 }  // namespace
 
 std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const CalibrationEstimate& estimate) {
-  CalibrationRows rows;
+  std::vector<CalibrationRow> rows;
+  const auto add = [&rows](const CalibrationPlace& place, const std::string& parameter, double value, double sigma,
+                           double platform_sigma) {
+    rows.push_back(
+        {place.sensor, parameter, place.part, place.unit, value, sigma, platform_sigma, place.key, place.sigma_key});
+  };
   const char* sensors[] = {"gyroscope", "accelerometer"};
   for (int i = 0; i < 18; ++i) {
     const bool scales = i % 9 % 4 == 0;
     const int row = i % 9 / 3;
     const ImuCalibrationSigmas& sigmas = suite.calibration.imu;
     if (scales) {
-      rows.add({sensors[i / 9], "scale", "1", "", "imu.calibration.scale_sigma"}, fmt::format("scale_{}", kAxes[row]),
-               estimate.imu.axes[i], estimate.imu.sigma[i], sigmas.scale_sigma);
+      add({sensors[i / 9], "scale", "1", "", "imu.calibration.scale_sigma"}, fmt::format("scale_{}", kAxes[row]),
+          estimate.imu.axes[i], estimate.imu.sigma[i], sigmas.scale_sigma);
     } else {
-      rows.add({sensors[i / 9], "misalignment", "deg", "", "imu.calibration.misalignment_sigma_deg"},
-               fmt::format("axis_{}{}", kAxes[row], kAxes[i % 3]), degrees_per_radian * estimate.imu.axes[i],
-               degrees_per_radian * estimate.imu.sigma[i], sigmas.misalignment_sigma_deg);
+      add({sensors[i / 9], "misalignment", "deg", "", "imu.calibration.misalignment_sigma_deg"},
+          fmt::format("axis_{}{}", kAxes[row], kAxes[i % 3]), degrees_per_radian * estimate.imu.axes[i],
+          degrees_per_radian * estimate.imu.sigma[i], sigmas.misalignment_sigma_deg);
     }
   }
   const CalibrationEstimate::Lidar& lidar = estimate.lidar;
@@ -64,23 +55,23 @@ std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const Cal
   const CalibrationPlace shift{"lidar", "translation", "m", "lidar.T_imu_lidar",
                                "lidar.calibration.translation_sigma_m"};
   for (int i = 0; i < 3; ++i) {
-    rows.add(turn, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * lidar.correction.turn_rad[i],
-             degrees_per_radian * lidar.turn_sigma_rad[i], lidar_sigmas.rotation_sigma_deg);
+    add(turn, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * lidar.correction.turn_rad[i],
+        degrees_per_radian * lidar.turn_sigma_rad[i], lidar_sigmas.rotation_sigma_deg);
   }
   for (int i = 0; i < 3; ++i) {
-    rows.add(shift, fmt::format("shift_{}", kAxes[i]), lidar.correction.shift_m[i], lidar.shift_sigma_m[i],
-             lidar_sigmas.translation_sigma_m);
+    add(shift, fmt::format("shift_{}", kAxes[i]), lidar.correction.shift_m[i], lidar.shift_sigma_m[i],
+        lidar_sigmas.translation_sigma_m);
   }
-  rows.add({"lidar", "clock", "s", "lidar.clock_offset_s", "lidar.calibration.clock_sigma_s"}, "clock",
-           lidar.correction.clock_s, lidar.clock_sigma_s, lidar_sigmas.clock_sigma_s);
+  add({"lidar", "clock", "s", "lidar.clock_offset_s", "lidar.calibration.clock_sigma_s"}, "clock",
+      lidar.correction.clock_s, lidar.clock_sigma_s, lidar_sigmas.clock_sigma_s);
   const MagnetometerCalibrationSigmas& sigmas = suite.calibration.magnetometers;
   // The map was surveyed with such an array: what all its magnetometers share is in the map, and not observed.
   const double shared = 1.0 / std::sqrt(std::max<double>(1.0, static_cast<double>(suite.magnetometers.size())));
   const auto with_shared = [&](double sigma, double platform_sigma) {
     return sigma > 0.0 ? std::hypot(sigma, shared * platform_sigma) : 0.0;
   };
-  rows.add({"magnetometers", "clock", "s", "magnetometer_clock_offset_s", "magnetometer_calibration.clock_sigma_s"},
-           "clock", estimate.magnetometer_clock_s, estimate.magnetometer_clock_sigma_s, sigmas.clock_sigma_s);
+  add({"magnetometers", "clock", "s", "magnetometer_clock_offset_s", "magnetometer_calibration.clock_sigma_s"}, "clock",
+      estimate.magnetometer_clock_s, estimate.magnetometer_clock_sigma_s, sigmas.clock_sigma_s);
   for (std::size_t k = 0; k < estimate.magnetometers.size() && k < suite.magnetometers.size(); ++k) {
     const CalibrationEstimate::Magnetometer& magnetometer = estimate.magnetometers[k];
     const std::string& name = suite.magnetometers[k].name;
@@ -89,27 +80,26 @@ std::vector<CalibrationRow> calibration_rows(const SensorSuite& suite, const Cal
     const CalibrationPlace distorted{name, "matrix", "1", "soft_iron_correction of " + name,
                                      "magnetometer_calibration.matrix_sigma"};
     for (int i = 0; i < 3; ++i) {
-      rows.add(turned, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * magnetometer.turn_rad[i],
-               with_shared(degrees_per_radian * magnetometer.turn_sigma_rad[i], sigmas.rotation_sigma_deg),
-               sigmas.rotation_sigma_deg);
+      add(turned, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * magnetometer.turn_rad[i],
+          with_shared(degrees_per_radian * magnetometer.turn_sigma_rad[i], sigmas.rotation_sigma_deg),
+          sigmas.rotation_sigma_deg);
     }
     for (int i = 0; i < 6; ++i) {
-      rows.add(distorted, fmt::format("distortion_{}", kEntries[i]), magnetometer.distortion[i],
-               with_shared(magnetometer.distortion_sigma[i], sigmas.matrix_sigma), sigmas.matrix_sigma);
+      add(distorted, fmt::format("distortion_{}", kEntries[i]), magnetometer.distortion[i],
+          with_shared(magnetometer.distortion_sigma[i], sigmas.matrix_sigma), sigmas.matrix_sigma);
     }
   }
-  if (!suite.wheels) return rows.take();
+  if (!suite.wheels) return rows;
   const WheelCalibrationSigmas& wheel_sigmas = suite.calibration.wheels;
-  rows.add({"wheels", "scale", "1", "wheels.scale", "wheels.calibration.scale_sigma"}, "scale",
-           estimate.wheels.correction.scale, estimate.wheels.scale_sigma, wheel_sigmas.scale_sigma);
+  add({"wheels", "scale", "1", "wheels.scale", "wheels.calibration.scale_sigma"}, "scale",
+      estimate.wheels.correction.scale, estimate.wheels.scale_sigma, wheel_sigmas.scale_sigma);
   const CalibrationPlace wheels_turned{"wheels", "rotation", "deg", "wheels.T_imu_wheels",
                                        "wheels.calibration.rotation_sigma_deg"};
   for (int i = 0; i < 3; ++i) {
-    rows.add(wheels_turned, fmt::format("turn_{}", kAxes[i]),
-             degrees_per_radian * estimate.wheels.correction.turn_rad[i],
-             degrees_per_radian * estimate.wheels.turn_sigma_rad[i], wheel_sigmas.rotation_sigma_deg);
+    add(wheels_turned, fmt::format("turn_{}", kAxes[i]), degrees_per_radian * estimate.wheels.correction.turn_rad[i],
+        degrees_per_radian * estimate.wheels.turn_sigma_rad[i], wheel_sigmas.rotation_sigma_deg);
   }
-  return rows.take();
+  return rows;
 }
 
 void write_calibration(const std::filesystem::path& path, const SensorSuite& suite,
