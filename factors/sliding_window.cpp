@@ -305,17 +305,8 @@ void SlidingWindow::marginalize_oldest() {
     const auto constant = [&](const WindowBlock* block) {
       return block >= biases.data() && block < biases.data() + biases.size();
     };
-    Eigen::Index from = 0;
-    Eigen::Index to = 0;
-    for (const WindowBlock* block : prior.blocks) {
-      const Eigen::Index size = block->tangent_size();
-      if (!constant(block)) {
-        prior.root.middleCols(to, size) = prior.root.middleCols(from, size).eval();
-        to += size;
-      }
-      from += size;
-    }
-    prior.root.conservativeResize(Eigen::NoChange, to);
+    keep_columns(
+        prior.blocks, [&](const WindowBlock* block) { return !constant(block); }, prior.root);
     std::erase_if(prior.blocks, constant);
   }
   // Factors are removed one by one in a fixed order: Ceres' own order would depend on addresses.

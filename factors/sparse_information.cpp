@@ -20,17 +20,8 @@ constexpr double kUnknownSigma = 1e6;
 /// Jacobian by the tangents of the factor's variables, without columns of constant blocks.
 Eigen::MatrixXd jacobian_of(const WindowFactor& factor, const std::unordered_map<const WindowBlock*, int>& numbers) {
   Eigen::MatrixXd jacobian = linearize(factor).jacobian;
-  Eigen::Index from = 0;
-  Eigen::Index to = 0;
-  for (const WindowBlock* block : factor.blocks) {
-    const Eigen::Index size = block->tangent_size();
-    if (numbers.contains(block)) {
-      if (from != to) jacobian.middleCols(to, size) = jacobian.middleCols(from, size).eval();
-      to += size;
-    }
-    from += size;
-  }
-  jacobian.conservativeResize(Eigen::NoChange, to);
+  keep_columns(
+      factor.blocks, [&](const WindowBlock* block) { return numbers.contains(block); }, jacobian);
   return jacobian;
 }
 

@@ -55,4 +55,20 @@ struct LinearizedFactor {
 
 LinearizedFactor linearize(const WindowFactor& factor);
 
+/// Removes the columns of the blocks for which `is_kept` is false.
+template <class Predicate>
+void keep_columns(const std::vector<WindowBlock*>& blocks, const Predicate& is_kept, Eigen::MatrixXd& matrix) {
+  Eigen::Index from = 0;
+  Eigen::Index to = 0;
+  for (const WindowBlock* block : blocks) {
+    const Eigen::Index size = block->tangent_size();
+    if (is_kept(block)) {
+      if (from != to) matrix.middleCols(to, size) = matrix.middleCols(from, size).eval();
+      to += size;
+    }
+    from += size;
+  }
+  matrix.conservativeResize(Eigen::NoChange, to);
+}
+
 }  // namespace lodestone
