@@ -35,16 +35,13 @@ struct StrengthRange {
   bool is_cut = false;  ///< a node is stronger
 };
 
-/// Colours range from the 1 % to the 99 % quantile, so that single strong nodes do not dominate the scale.
 StrengthRange strength_range(const MagneticMap& map) {
   std::vector<float> strengths;
   map.for_each_node([&](const Eigen::Vector4f& node) {
     if (node(3) <= map.max_sigma_ut()) strengths.push_back(node.head<3>().norm());
   });
   if (strengths.empty()) return {};
-  const cv::Mat1f values(strengths);
-  Scale scale{quantile(values, 0.01), quantile(values, 0.99)};
-  if (scale.high - scale.low < 0.1) scale = {scale.low - 0.05, scale.high + 0.05};
+  const Scale scale = strength_scale(cv::Mat1f(strengths));
   return {scale, *std::max_element(strengths.begin(), strengths.end()) > 1.001 * scale.high};
 }
 

@@ -173,4 +173,10 @@ double quantile(const cv::Mat1f& values, double share) {
   return known.empty() ? std::numeric_limits<double>::quiet_NaN() : value_at_share(known, share);
 }
 
+Scale strength_scale(const cv::Mat1f& values_ut) {
+  const Scale scale{quantile(values_ut, 0.01), quantile(values_ut, 0.99)};
+  if (!std::isfinite(scale.low)) return {0.0, 1.0};
+  return scale.high - scale.low < 0.1 ? Scale{scale.low - 0.05, scale.high + 0.05} : scale;
+}
+
 }  // namespace lodestone

@@ -6,6 +6,7 @@
 #include "core/geometry/trajectory.h"
 #include "core/magnetometer/magnetic_difference.h"
 #include "core/magnetometer/magnetic_map.h"
+#include "tools/plotting/axes.h"
 #include "tools/plotting/plan_sheet.h"
 
 namespace lodestone {
@@ -68,5 +69,8 @@ double mean_height(const Trajectory& drive);
 
 /// The quantile for a share (0 to 1) of the finite values; NaN if there are none.
 double quantile(const cv::Mat1f& values, double share);
+
+/// From the 1 % to the 99 % quantile, so that single strong nodes do not dominate the scale; 0 to 1 without a value.
+Scale strength_scale(const cv::Mat1f& values_ut);
 
 }  // namespace lodestone

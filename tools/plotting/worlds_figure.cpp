@@ -71,14 +71,7 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
     const CanvasBox box{cell.left + kWorldLeft, cell.top + kWorldTitle, cell.left + kWorldLeft + cell.width,
                         cell.top + kWorldTitle + cell.height};
     const PlanExtent extent = extent_of_world(panel).filling(cell.width / cell.height);
-    double low = quantile(panel.strength_ut.values, 0.01);
-    double high = quantile(panel.strength_ut.values, 0.99);
-    const bool known = std::isfinite(low);
-    if (!known || high - low < 0.1) {
-      low = known ? low - 0.05 : 0.0;
-      high = known ? high + 0.05 : 1.0;
-    }
-    const Scale strength{low, high};
+    const Scale strength = strength_scale(panel.strength_ut.values);
     draw_raster(canvas, box, extent, panel.strength_ut, strength, ColorRamp::heat);
     Axes axes(canvas, box, {extent.x_low, extent.x_high}, {extent.y_low, extent.y_high});
     std::vector<LegendEntry> legend;
@@ -96,7 +89,7 @@ void draw_worlds(const std::filesystem::path& path, const std::vector<WorldPanel
     canvas.text({box.left, box.top - 9.0}, panel.title, ink::letter, ink::text, Anchor::begin, Anchor::end);
     const double after = box.left + canvas.text_width(panel.title, ink::letter) + 18.0;
     draw_legend(canvas, {after, box.top - 27.0}, kPageWidth, legend);
-    if (known)
+    if (std::isfinite(quantile(panel.strength_ut.values, 0.5)))
       draw_upright_color_bar(canvas, {box.right + 12.0, box.top, box.right + 26.0, box.bottom}, strength,
                              ColorRamp::heat, "|B|, µT");
   }

@@ -75,16 +75,8 @@ PlanRaster read_raster(const std::filesystem::path& path) {
 }
 
 RasterImage to_image(const PlanRaster& strength) {
-  RasterImage result;
-  const double low = quantile(strength.values, 0.01);
-  if (std::isfinite(low)) {
-    result.low_ut = low;
-    result.high_ut = quantile(strength.values, 0.99);
-    if (result.high_ut - result.low_ut < 0.1) {
-      result.low_ut -= 0.05;
-      result.high_ut += 0.05;
-    }
-  }
+  const Scale scale = strength_scale(strength.values);
+  RasterImage result{"", scale.low, scale.high};
   result.png = encode_png(to_grey(strength.values, CV_8U, result.low_ut, (result.high_ut - result.low_ut) / kSteps8));
   return result;
 }
