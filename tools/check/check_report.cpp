@@ -6,24 +6,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "frontends/configuration/options.h"
 #include "frontends/configuration/text_file.h"
 #include "tools/table.h"
 
 namespace lodestone {
 
 namespace {
-
-const char* name_of(Severity severity) {
-  switch (severity) {
-    case Severity::error:
-      return "error";
-    case Severity::warning:
-      return "warning";
-    case Severity::note:
-      break;
-  }
-  return "note";
-}
 
 double rate_of(const TopicInfo& topic) {
   const double duration_s = to_seconds(topic.end - topic.begin);
@@ -62,7 +51,8 @@ std::string summary_of(const Findings& findings) {
   for (const Severity severity : {Severity::error, Severity::warning, Severity::note}) {
     const auto count =
         std::count_if(findings.begin(), findings.end(), [&](const Finding& one) { return one.severity == severity; });
-    text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, name_of(severity), count == 1 ? "" : "s");
+    text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, options_detail::write_value(severity),
+                        count == 1 ? "" : "s");
   }
   return text;
 }
@@ -82,7 +72,8 @@ std::string check_text(const CheckResult& result) {
   const Time zero = first_stamp(sample);
   for (const Finding& finding : result.findings) {
     const std::string when = finding.time ? fmt::format(" at {:.2f} s", to_seconds(*finding.time - zero)) : "";
-    text += fmt::format("{:<8} {}{}: {}\n", name_of(finding.severity), finding.kind, when, finding.seen);
+    text += fmt::format("{:<8} {}{}: {}\n", options_detail::write_value(finding.severity), finding.kind, when,
+                        finding.seen);
     if (!finding.change.empty()) text += fmt::format("         -> {}\n", finding.change);
   }
   return text + summary_of(result.findings) + "\n";
@@ -109,7 +100,7 @@ void write_check_json(const std::filesystem::path& path, const CheckResult& resu
   }
   json["findings"] = Json::array();
   for (const Finding& finding : result.findings) {
-    json["findings"].push_back({{"severity", name_of(finding.severity)},
+    json["findings"].push_back({{"severity", options_detail::write_value(finding.severity)},
                                 {"kind", finding.kind},
                                 {"seen", finding.seen},
                                 {"change", finding.change},

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "core/time.h"
 
 namespace lodestone {
@@ -18,6 +19,10 @@ enum class Severity {
   warning,  ///< a run would be worse than necessary
   note      ///< information; also on healthy logs
 };
+
+constexpr auto enum_names(Severity) {
+  return EnumNames<Severity, 3>{{{Severity::error, "error"}, {Severity::warning, "warning"}, {Severity::note, "note"}}};
+}
 
 /// One result of a check.
 struct Finding {
