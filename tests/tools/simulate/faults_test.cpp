@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "tests/frontends/logs/test_files.h"
+#include "tests/tools/simulate/same_measurement.h"
 #include "tools/simulate/simulation_source.h"
 
 namespace lodestone::simulation {
@@ -66,10 +67,11 @@ class Faults : public ::testing::Test {
     std::size_t changed = 0;
     for (const Measurement& was : healthy()) {
       const std::optional<Measurement> should = expected(was);
-      changed += should && same(*should, was) ? 0 : 1;
+      changed += should && same_measurement(*should, was) ? 0 : 1;
       if (!should) continue;
       ASSERT_LT(index, found.size()) << faults;
-      ASSERT_TRUE(same(*should, found[index])) << faults << ", measurement " << index << " at " << seconds(was) << " s";
+      ASSERT_TRUE(same_measurement(*should, found[index]))
+          << faults << ", measurement " << index << " at " << seconds(was) << " s";
       ++index;
     }
     EXPECT_EQ(index, found.size()) << faults;
@@ -86,25 +88,6 @@ class Faults : public ::testing::Test {
       sample->field_ut = *field_ut;
       return measurement;
     });
-  }
-
-  static bool same(const Measurement& a, const Measurement& b) {
-    if (a.index() != b.index()) return false;
-    if (const auto* x = std::get_if<ImuSample>(&a)) {
-      const auto& y = std::get<ImuSample>(b);
-      return x->time == y.time && x->angular_velocity == y.angular_velocity &&
-             x->linear_acceleration == y.linear_acceleration;
-    }
-    if (const auto* x = std::get_if<MagneticSample>(&a)) {
-      const auto& y = std::get<MagneticSample>(b);
-      return x->time == y.time && x->magnetometer == y.magnetometer && x->field_ut == y.field_ut;
-    }
-    const auto &x = std::get<LidarScan>(a), &y = std::get<LidarScan>(b);
-    bool equal = x.start == y.start && x.end == y.end && x.points.size() == y.points.size();
-    for (std::size_t i = 0; equal && i < x.points.size(); ++i) {
-      equal = x.points[i].position == y.points[i].position && x.points[i].offset_ns == y.points[i].offset_ns;
-    }
-    return equal;
   }
 
   testing::TemporaryFolder folder_;
@@ -139,7 +122,7 @@ TEST_F(Faults, AMisalignedSensorReadsTheFieldInAxesThatAreTurned) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     const auto* sample = std::get_if<MagneticSample>(&found[i]);
     if (sample == nullptr || sample->magnetometer != 0) {
-      ASSERT_TRUE(same(found[i], healthy()[i]));
+      ASSERT_TRUE(same_measurement(found[i], healthy()[i]));
       continue;
     }
     const Vector3& was = std::get<MagneticSample>(healthy()[i]).field_ut;
@@ -201,7 +184,7 @@ TEST_F(Faults, SpikesAreAsOftenAndAsLargeAsTold) {
   ASSERT_EQ(found.size(), healthy().size());
   int spikes = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    if (same(found[i], healthy()[i])) continue;
+    if (same_measurement(found[i], healthy()[i])) continue;
     const auto* sample = std::get_if<MagneticSample>(&found[i]);
     ASSERT_NE(sample, nullptr);
     ASSERT_EQ(sample->magnetometer, 0);
@@ -283,7 +266,7 @@ TEST_F(Faults, AClockOffsetShiftsTheStampsOfItsSensorAloneAndTheStreamStaysInOrd
     for (int part = 0; part < 2; ++part) {
       ASSERT_EQ(seen[part].size(), expected[part].size());
       for (std::size_t i = 0; i < seen[part].size(); ++i)
-        ASSERT_TRUE(same(seen[part][i], expected[part][i])) << one.sensor;
+        ASSERT_TRUE(same_measurement(seen[part][i], expected[part][i])) << one.sensor;
     }
   }
 }
@@ -308,7 +291,7 @@ TEST_F(Faults, SteelThatPassesAddsTheFieldOfADipoleWhereverTheRobotIs) {
     const auto* sample = std::get_if<MagneticSample>(&found[i]);
     const double s = seconds(healthy()[i]);
     if (sample == nullptr || s < 1.0 || s >= 3.0) {
-      ASSERT_TRUE(same(found[i], healthy()[i]));
+      ASSERT_TRUE(same_measurement(found[i], healthy()[i]));
       continue;
     }
     const Vector3 added = sample->field_ut - std::get<MagneticSample>(healthy()[i]).field_ut;
@@ -347,7 +330,7 @@ TEST_F(Faults, OfTheWorldAndOfASequenceAddUpAndTheSurveyHasNone) {
   const auto survey = drain(world, "a", Drive::survey);
   const auto healthy_survey = drain(std::vector<std::string>{}, "a", Drive::survey);
   ASSERT_EQ(survey.size(), healthy_survey.size());
-  for (std::size_t i = 0; i < survey.size(); ++i) ASSERT_TRUE(same(survey[i], healthy_survey[i]));
+  for (std::size_t i = 0; i < survey.size(); ++i) ASSERT_TRUE(same_measurement(survey[i], healthy_survey[i]));
 }
 
 TEST_F(Faults, SameSeedSameBitsOnAnyNumberOfThreads) {
@@ -358,7 +341,7 @@ TEST_F(Faults, SameSeedSameBitsOnAnyNumberOfThreads) {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const auto second = drain(faults);
   ASSERT_EQ(first.size(), second.size());
-  for (std::size_t i = 0; i < first.size(); ++i) ASSERT_TRUE(same(first[i], second[i])) << i;
+  for (std::size_t i = 0; i < first.size(); ++i) ASSERT_TRUE(same_measurement(first[i], second[i])) << i;
 }
 
 }  // namespace

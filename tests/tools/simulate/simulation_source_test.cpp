@@ -11,6 +11,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "tests/tools/simulate/same_measurement.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/route.h"
 
@@ -73,24 +74,6 @@ class SimulatedRoom : public ::testing::Test {
   std::string file_ = ::testing::TempDir() + "simulated_room_" + std::to_string(::getpid()) + ".yaml";
 };
 
-bool same(const Measurement& a, const Measurement& b) {
-  if (a.index() != b.index()) return false;
-  if (const auto* x = std::get_if<ImuSample>(&a)) {
-    const auto& y = std::get<ImuSample>(b);
-    return x->time == y.time && x->angular_velocity == y.angular_velocity &&
-           x->linear_acceleration == y.linear_acceleration;
-  }
-  if (const auto* x = std::get_if<MagneticSample>(&a)) {
-    const auto& y = std::get<MagneticSample>(b);
-    return x->time == y.time && x->magnetometer == y.magnetometer && x->field_ut == y.field_ut;
-  }
-  const auto &x = std::get<LidarScan>(a), &y = std::get<LidarScan>(b);
-  if (x.start != y.start || x.points.size() != y.points.size()) return false;
-  for (std::size_t i = 0; i < x.points.size(); ++i)
-    if (x.points[i].position != y.points[i].position || x.points[i].ring != y.points[i].ring) return false;
-  return true;
-}
-
 TEST_F(SimulatedRoom, SameSeedSameBitsOnAnyNumberOfThreads) {
   const auto first = drain(1);
   std::vector<Measurement> second;
@@ -99,13 +82,14 @@ TEST_F(SimulatedRoom, SameSeedSameBitsOnAnyNumberOfThreads) {
     second = drain(1);
   }
   ASSERT_EQ(first.size(), second.size());
-  for (std::size_t i = 0; i < first.size(); ++i) ASSERT_TRUE(same(first[i], second[i])) << i;
+  for (std::size_t i = 0; i < first.size(); ++i) ASSERT_TRUE(same_measurement(first[i], second[i])) << i;
 }
 
 TEST_F(SimulatedRoom, AnotherSeedMakesOtherNoise) {
   const auto first = drain(1), second = drain(2);
   std::size_t equal = 0;
-  for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i) equal += same(first[i], second[i]);
+  for (std::size_t i = 0; i < std::min(first.size(), second.size()); ++i)
+    equal += same_measurement(first[i], second[i]);
   EXPECT_EQ(equal, 0U);
 }
 
@@ -214,8 +198,8 @@ TEST_F(SimulatedRoom, LogsOfTwoScenesDifferOnlyByWhatStandsThereAndSurveysByThei
     SimulationSource first(world, alone, "", drive, 1, 2.0), second(world, monday, "", drive, 1, 2.0);
     int same_imu = 0, other_imu = 0, other_field = 0;
     for (Measurement a, b; first.next(a) && second.next(b);) {
-      if (std::holds_alternative<ImuSample>(a)) ++(same(a, b) ? same_imu : other_imu);
-      if (std::holds_alternative<MagneticSample>(a)) other_field += !same(a, b);
+      if (std::holds_alternative<ImuSample>(a)) ++(same_measurement(a, b) ? same_imu : other_imu);
+      if (std::holds_alternative<MagneticSample>(a)) other_field += !same_measurement(a, b);
     }
     EXPECT_GT(other_field, 100);
     EXPECT_EQ((drive == Drive::sequence ? other_imu : same_imu), 0);
