@@ -41,16 +41,14 @@ void write_magnetic_difference(const MagneticDifference& difference, const std::
     }
     return any;
   });
-  std::string heights;
-  for (const double height : grid.heights_m) heights += (heights.empty() ? "" : ", ") + fmt::format("{}", height);
   std::string text =
       "# Difference of two magnetic maps, second minus first. Pages of the image: dB_x, dB_y, dB_z, |dB| of each "
       "layer, "
       "float32.\n"
       "# A pixel is a node; the image's first row has the largest y; origin_m is the centre of the lower left pixel.\n";
-  text +=
-      fmt::format("first: {}\nsecond: {}\nresolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\n", quoted_yaml(first),
-                  quoted_yaml(second), grid.resolution_m, grid.origin.x(), grid.origin.y(), heights);
+  text += fmt::format("first: {}\nsecond: {}\nresolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\n",
+                      quoted_yaml(first), quoted_yaml(second), grid.resolution_m, grid.origin.x(), grid.origin.y(),
+                      fmt::join(grid.heights_m, ", "));
   text += fmt::format("unit: microtesla\nframe: map\nimage: {}\n", quoted_yaml(image.filename().string()));
   write_text_file(yaml_path, text);
 }

@@ -77,13 +77,11 @@ void write_magnetic_map(const MagneticMap& map, const Provenance& provenance, co
     throw InputError(yaml_path + ": expected a name ending in .yaml; .tif is the ending of the image");
   }
   const FieldGrid& grid = map.grid();
-  std::string heights;
-  for (const double height : grid.heights_m) heights += (heights.empty() ? "" : ", ") + fmt::format("{}", height);
   std::string text =
       "# Ambient magnetic field on a grid. Pages of the image: B_x, B_y, B_z, sigma of each layer, float32.\n"
       "# A pixel is a node; the image's first row has the largest y; origin_m is the centre of the lower left pixel.\n";
   text += fmt::format("resolution_m: {}\norigin_m: [{}, {}]\nheights_m: [{}]\nunit: {}\nframe: map\n",
-                      grid.resolution_m, grid.origin.x(), grid.origin.y(), heights, unit);
+                      grid.resolution_m, grid.origin.x(), grid.origin.y(), fmt::join(grid.heights_m, ", "), unit);
   text += fmt::format("max_sigma_ut: {}\nimage: {}\n", map.max_sigma_ut(), quoted_yaml(image.filename().string()));
   const FieldMapErrors& errors = map.errors();
   if (errors.correlation_m > 0.0) text += fmt::format("error_correlation_m: {}\n", errors.correlation_m);
