@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "core/imu/gap_noise.h"
@@ -274,7 +275,8 @@ void PlaceMixture::reduce() {
   // If there are too many, light ones are merged in larger bins. None is discarded: the covariance would shrink.
   for (double scale = 1.5; components_.size() > kMostComponents && scale < 1e3; scale *= 1.5) {
     constexpr auto kept = static_cast<std::ptrdiff_t>(kMostComponents - kMostComponents / 10);
-    std::vector<PlaceComponent> light(components_.begin() + kept, components_.end());
+    std::vector<PlaceComponent> light(std::make_move_iterator(components_.begin() + kept),
+                                      std::make_move_iterator(components_.end()));
     components_.resize(kept);
     for (PlaceComponent& one : merged_in_bins(std::move(light), scale, dimensions)) {
       components_.push_back(std::move(one));
