@@ -8,7 +8,7 @@ namespace lodestone {
 namespace {
 
 constexpr double kCompared_s = 10.0;
-constexpr double kLongestStep_s = 1.0;
+constexpr double kLongestStep_s = 1.5;  // a LiDAR at 1 Hz, whose stamps jitter
 constexpr double kSigmas = 4.0;
 
 }  // namespace

@@ -50,6 +50,13 @@ TEST(MotionCheck, PositionsThatArePutBackAtEachStepAreApartAsFarAsTheRobotDrove)
   EXPECT_NEAR(kStep_s * first_apart, 4.0 * std::sqrt(2.0) * 0.2, kStep_s);
 }
 
+TEST(MotionCheck, AScanASecondIsEnoughAlsoIfItsStampsJitter) {
+  constexpr int kSteps = 11;  // 1.1 s
+  MotionCheck check;
+  for (int k = 0; k < 9; ++k) check.add(at(kSteps * k, 0.2, Vector3::Zero(), Vector3::UnitX()));
+  EXPECT_NEAR(check.apart_m(), 8.0 * kSteps * kStep_s, 1e-9);
+}
+
 TEST(MotionCheck, WhatACovarianceOfTheTimeAllowsIsNotApart) {
   MotionCheck check;
   check.add(at(0, 2.0, Vector3::Zero(), Vector3::Zero()));
