@@ -71,7 +71,8 @@ void check_on_maps(const CheckCall& call, const Trajectory& poses, const Platfor
                    const ScanOdometry& odometry, CheckResult& result) {
   Findings& findings = result.findings;
   const MapFiles maps{call.cloud, call.magnetic, call.origin_m};
-  CheckDrive drive{call.log, {platform, {}, maps, sensors_for(maps)}, call.seconds};
+  const SensorChoice sensors = sensors_for(maps);
+  CheckDrive drive{call.log, {platform, {}, maps, sensors}, call.seconds};
   Site& site = drive.site;
   if (!call.cloud.empty()) {
     const LoadedPlanes loaded =
