@@ -7,6 +7,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "core/thread_limit.h"
+
 namespace lodestone::simulation {
 
 namespace {
@@ -31,8 +33,8 @@ RayCaster::RayCaster(const TriangleMesh& mesh) : implementation_(std::make_uniqu
   implementation_->surfaces = mesh.surfaces;
   implementation_->surface_of_triangle = mesh.surface_of_triangle;
   implementation_->surface_of_triangle.resize(mesh.triangles.size());
-  // Embree's own threads are used for building only: one is enough, and starts no second thread pool.
-  implementation_->device = rtcNewDevice("threads=1");
+  // Not "threads=1": Embree would then limit all loops of the process to one thread, as long as the device exists.
+  implementation_->device = rtcNewDevice(nullptr);
   if (implementation_->device == nullptr) throw std::runtime_error("Embree could not create a device for ray casting");
   implementation_->scene = rtcNewScene(implementation_->device);
   rtcSetSceneFlags(implementation_->scene, RTC_SCENE_FLAG_ROBUST);
@@ -48,6 +50,7 @@ RayCaster::RayCaster(const TriangleMesh& mesh) : implementation_(std::make_uniqu
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(implementation_->scene, geometry);
   rtcReleaseGeometry(geometry);
+  const ThreadLimit one(1);  // the same hierarchy on each machine
   rtcCommitScene(implementation_->scene);
 }
 

@@ -75,7 +75,8 @@ def main():
     print("| |", " | ".join(f"{program}, {threads} thread{'s' * (threads > 1)}" for program, threads in cases), "|")
     print("|---" * (len(cases) + 1) + "|")
     for row in medians[0]:
-        print(f"| {row} |", " | ".join(f"{one[row]:.3g}" for one in medians), "|")
+        if any(one[row] > 0.0 for one in medians):
+            print(f"| {row} |", " | ".join(f"{one[row]:.3g}" for one in medians), "|")
 
 
 if __name__ == "__main__":
