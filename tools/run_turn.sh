@@ -14,7 +14,8 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 turns=(
   "thread-core thread-factors thread-frontends"
-  "address-core address-factors address-frontends"
+  "address-core"
+  "address-factors address-frontends"
   "sources"
   "long"
   "thread-estimators-1 thread-estimators-2"
