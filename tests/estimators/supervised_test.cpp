@@ -190,8 +190,12 @@ TEST_F(SupervisedInARoom, AfterAnOutageOfAllSensorsTheRobotIsFoundAgain) {
   EXPECT_EQ(warnings_.count("run.found_again"), 1);
   for (const Estimate& causal : result.causals) {
     const double t_s = to_seconds(causal.time - bundles_.front().scan.start);
-    if (t_s > kBegin_s + 3.0 && t_s < kEnd_s) EXPECT_EQ(causal.health, Health::lost) << t_s;
-    if (t_s > kEnd_s + 3.0) EXPECT_EQ(causal.health, Health::good) << t_s;
+    if (t_s > kBegin_s + 3.0 && t_s < kEnd_s) {
+      EXPECT_EQ(causal.health, Health::lost) << t_s;
+    }
+    if (t_s > kEnd_s + 3.0) {
+      EXPECT_EQ(causal.health, Health::good) << t_s;
+    }
     if (causal.health == Health::good) expect_near_the_truth(causal, 0.5);
   }
 }

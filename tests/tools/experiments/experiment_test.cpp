@@ -121,7 +121,9 @@ TEST(ReproduceExperiment, ThePapersRowsRunEverySystemAndThePapersRules) {
   for (const auto& run : list_runs(experiment)) {
     if (!run.first_seed) continue;
     ++runs[run.group];
-    if (run.group == "accuracy") EXPECT_EQ(run.estimators.size(), 9U) << run.name;  // eight systems and the smoother
+    if (run.group == "accuracy") {
+      EXPECT_EQ(run.estimators.size(), 9U) << run.name;  // eight systems and the smoother
+    }
   }
   EXPECT_EQ(runs["accuracy"], 18U);
   EXPECT_EQ(runs["paper-rules"], 18U);

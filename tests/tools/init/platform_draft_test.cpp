@@ -284,7 +284,9 @@ TEST_F(PlatformDraftTest, EveryInferredOrGuessedLineHasAComment) {
                        key.starts_with("    time") || key.starts_with("  - ") ||
                        key.find("_sigma") != std::string::npos || key.starts_with("    intensity") ||
                        key.starts_with("    ring");
-    if (!plain) EXPECT_THAT(line, HasSubstr("  # "));
+    if (!plain) {
+      EXPECT_THAT(line, HasSubstr("  # "));
+    }
   }
 }
 
