@@ -21,8 +21,8 @@ constexpr double kPlaneSlack_m = 0.2;    // distance from the plane at which a p
 constexpr double kFieldSlack_ut = 4.0;   // change of the field within a step of the grid
 constexpr double kClearlyBetter = 0.12;  // difference of the shares that fit
 constexpr double kAsGood = 0.04;
-// The poses near a given one: to 0.1 m and 1° in halves of the grid's steps, within reach of a linearization.
-constexpr int kNearSteps = 2;
+constexpr int kNearSteps = 2;  // of the finer grids about a pose
+/// Scale of the poses near a given one: to 0.1 m and 1°, within reach of a linearization.
 constexpr double kNearScale = 0.5;
 
 /// All poses of a grid, as steps along each direction.
@@ -39,6 +39,12 @@ std::vector<std::vector<int>> places(const std::vector<SearchDirection>& directi
     result = std::move(longer);
   }
   return result;
+}
+
+/// Those of a grid with few steps.
+std::vector<std::vector<int>> near_places(std::vector<SearchDirection> directions) {
+  for (SearchDirection& direction : directions) direction.steps = std::min(direction.steps, kNearSteps);
+  return places(directions);
 }
 
 Pose pose_at(const Pose& about, const std::vector<SearchDirection>& directions, const std::vector<int>& place,
@@ -131,12 +137,10 @@ std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<Search
   if (!(evidence(about) < most_elsewhere)) return std::nullopt;
   // Where the mounting is inexact or the map is bent, nothing fits at the true pose itself, but well a few centimetres
   // and tenths of a degree beside it. The best of these stands for the pose that is given.
-  std::vector<SearchDirection> fine = directions;
-  for (SearchDirection& direction : fine) direction.steps = std::min(direction.steps, kNearSteps);
-  const std::vector<std::vector<int>> near = places(fine);
+  const std::vector<std::vector<int>> near = near_places(directions);
   std::vector<double> values(near.size());
   parallel_for(std::size_t{0}, near.size(),
-               [&](std::size_t i) { values[i] = evidence(pose_at(about, fine, near[i], kNearScale)); });
+               [&](std::size_t i) { values[i] = evidence(pose_at(about, directions, near[i], kNearScale)); });
   if (!(*std::max_element(values.begin(), values.end()) < most_elsewhere)) return std::nullopt;
   return found;
 }
@@ -163,15 +167,13 @@ std::optional<Pose> PoseSearch::best_fit(const Pose& about, const std::vector<Se
   }
   // Refines about the best pose, with decreasing steps and slack.
   Pose found = pose_at(about, directions, grid[best], 1.0);
-  std::vector<SearchDirection> fine = directions;
-  for (SearchDirection& direction : fine) direction.steps = std::min(direction.steps, 2);
-  const std::vector<std::vector<int>> near = places(fine);
+  const std::vector<std::vector<int>> near = near_places(directions);
   for (const double scale : {0.4, 0.16}) {
     const double slack = std::sqrt(scale);
     Pose better = found;
     double highest = fit(found, slack);
     for (const std::vector<int>& place : near) {
-      const Pose pose = pose_at(found, fine, place, scale);
+      const Pose pose = pose_at(found, directions, place, scale);
       const double value = fit(pose, slack);
       if (value > highest) {
         highest = value;

@@ -1,4 +1,3 @@
-
 #include "bindings/arrays.h"
 #include "bindings/bindings.h"
 #include "frontends/configuration/kitti_trajectory.h"

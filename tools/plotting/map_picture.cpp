@@ -1,4 +1,3 @@
-
 #include <algorithm>
 
 #include "core/middle_value.h"
