@@ -7,9 +7,9 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
@@ -51,7 +51,7 @@ LogFormat format_of(const ConvertCall& call) {
   const auto found = formats.find(name);
   if (found == formats.end()) {
     throw InputError(fmt::format("{}: the ending '{}' names no format; expected {}; or set --format", call.out, name,
-                                 join_names(std::views::keys(formats))));
+                                 join_names(formats, &std::map<std::string, LogFormat>::value_type::first)));
   }
   return found->second;
 }
@@ -62,9 +62,12 @@ Codec codec_of(const ConvertCall& call, LogFormat format) {
   }
   const Codec codec = codecs.at(call.compression);
   if (!can_pack(format, codec)) {
-    const auto fits = [format](const auto& entry) { return can_pack(format, entry.second); };
-    throw InputError(fmt::format("--compression: this format supports {}; found {}",
-                                 join_names(codecs | std::views::filter(fits) | std::views::keys), call.compression));
+    std::vector<std::string> fitting;
+    for (const auto& [name, known] : codecs) {
+      if (can_pack(format, known)) fitting.push_back(name);
+    }
+    throw InputError(
+        fmt::format("--compression: this format supports {}; found {}", join_names(fitting), call.compression));
   }
   return codec;
 }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
+#include <map>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
@@ -15,7 +15,7 @@ const std::pair<const std::string, Sequence>& find_sequence(const World& world, 
   const auto found = name.empty() ? world.sequences.begin() : world.sequences.find(name);
   if (found != world.sequences.end()) return *found;
   throw InputError(fmt::format("{}: sequences: there is no sequence '{}' (known: {})", world.file, name,
-                               join_names(std::views::keys(world.sequences))));
+                               join_names(world.sequences, &std::map<std::string, Sequence>::value_type::first)));
 }
 
 const std::vector<Solid>& find_scene(const World& world, const std::string& name) {

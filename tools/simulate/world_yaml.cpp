@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <ranges>
+#include <map>
 
 #include "frontends/configuration/configuration_node.h"
 #include "frontends/configuration/file_kind.h"
@@ -260,7 +260,7 @@ void read_scenes(const ConfigurationNode& scenes, const ConfigurationNode* templ
 /// Checks that a scene named by a key of the file exists; reads nothing of the scene.
 void check_scene(const World& world, const ConfigurationNode& owner, const std::string& name) {
   if (name.empty() || world.scenes.count(name) != 0) return;
-  const std::string names = join_names(std::views::keys(world.scenes));
+  const std::string names = join_names(world.scenes, &std::map<std::string, std::vector<Solid>>::value_type::first);
   owner.at("scene").fail("there is no scene '" + name + "' under scenes" +
                          (names.empty() ? "" : " (known: " + names + ")"));
 }
