@@ -22,6 +22,7 @@ struct FieldReading {
   Vector3 turn_rad_s = Vector3::Zero();    ///< its angular rate, in its own axes
   Vector3 place = Vector3::Zero();         ///< position in the map at which the reading was weighted
   std::optional<FieldValue> field{};       ///< of the map at `place`; extrapolated linearly beyond the map's edge
+  double sensor_variance_ut2 = 0.0;        ///< part of sigma_ut² that is the sensor's noise alone
 
   /// The field beyond the map's edge; empty if the reading was weighted off the map.
   std::optional<FieldValue> field_beyond(const Vector3& position) const;

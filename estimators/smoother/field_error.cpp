@@ -19,12 +19,12 @@ constexpr double kMedianShare = 0.789;
 }  // namespace
 
 void FieldError::add(const Pose& T_map_imu, std::span<const FieldReading> readings,
-                     std::span<const Vector3> residual_ut, std::span<const double> sensor_variance_ut2) {
+                     std::span<const Vector3> residual_ut) {
   if (readings_ == 0) begin_ = T_map_imu.position;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (readings[i].weight <= 0.0) continue;
     sum_ut_ += T_map_imu.rotation * (readings[i].T_end_mag.rotation * residual_ut[i]);
-    noise_sum_ut2_ += sensor_variance_ut2[i];
+    noise_sum_ut2_ += readings[i].sensor_variance_ut2;
     ++readings_;
   }
   const double way_m = (T_map_imu.position - begin_).norm();

@@ -14,11 +14,9 @@ namespace lodestone {
 /// is used, because residuals at a wrong pose must not increase the variance.
 class FieldError {
  public:
-  /// Adds the readings of a scan and their residuals at the pose. `residual_ut`: of each reading, magnetometer axes;
-  /// `sensor_variance_ut2`: per component of each reading, from sensor noise alone. Readings of weight zero are
-  /// ignored.
-  void add(const Pose& T_map_imu, std::span<const FieldReading> readings, std::span<const Vector3> residual_ut,
-           std::span<const double> sensor_variance_ut2);
+  /// Adds the readings of a scan and their residuals at the pose. `residual_ut`: of each reading, magnetometer axes.
+  /// Readings of weight zero are ignored.
+  void add(const Pose& T_map_imu, std::span<const FieldReading> readings, std::span<const Vector3> residual_ut);
 
   /// Variance per component, independent in each reading, that limits the information of a metre's readings as much as
   /// the shared error does, µT². 0: nothing is known yet.

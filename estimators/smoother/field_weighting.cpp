@@ -146,6 +146,7 @@ std::vector<FieldReading> weigh_field(std::span<const ArrayReading> arrays, cons
       variance.segment<3>(rows).setConstant(sensor_variance + map_sigma * map_sigma);
       by_clock.segment<3>(rows) = part.jacobian.rightCols<3>() * (T_map_imu.rotation * reading.velocity_m_s);
       rows += 3;
+      taken.sensor_variance_ut2 = sensor_variance;
       taken.sigma_ut = std::sqrt(sensor_variance +
                                  std::max(inflation * crowding * map_sigma * map_sigma, weighting.error_variance_ut2));
       result.push_back(taken);

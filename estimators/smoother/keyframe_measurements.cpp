@@ -268,7 +268,6 @@ void KeyframeMeasurements::judge_field_error(const Keyframe& keyframe, const Pos
                                              const SlidingWindow::ClockOffset& clock, FieldError& error) const {
   std::vector<FieldReading> readings;
   std::vector<Vector3> residuals_ut;
-  std::vector<double> variances_ut2;
   for (const FieldReading& reading : keyframe.field_readings) {
     const Pose T_end_mag = reading.T_end_mag_at(clock.offset_s);
     const auto field = input_.field->query(T_map_imu * T_end_mag.position, input_.options.magnetic.interpolation);
@@ -277,10 +276,8 @@ void KeyframeMeasurements::judge_field_error(const Keyframe& keyframe, const Pos
     residuals_ut.push_back(calibrated_residual(T_map_imu, T_end_mag, reading.measured_ut, bias_ut(reading.magnetometer),
                                                matrix(reading.magnetometer), *field)
                                .residual_ut);
-    const double noise_ut = input_.suite.magnetometers[static_cast<std::size_t>(reading.magnetometer)].noise_ut;
-    variances_ut2.push_back(noise_ut * noise_ut / input_.options.magnetic.samples_per_reading);
   }
-  error.add(T_map_imu, readings, residuals_ut, variances_ut2);
+  error.add(T_map_imu, readings, residuals_ut);
 }
 
 void KeyframeMeasurements::set_field(const KeyframeField& field, std::size_t k, SlidingWindow& window) const {
