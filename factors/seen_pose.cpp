@@ -28,6 +28,17 @@ void move_by(const Vector6& map_error, SeenPose& seen) {
   seen.by_map_error = moved_by_jacobian(map_error, seen.pose);
 }
 
+MotionRates rates_between(const NavState* before, const NavState& here, const NavState* after, double span_s) {
+  MotionRates rates;
+  const auto add = [&](const NavState& from, const NavState& to) {
+    rates.turn_rate += so3::log(from.T_map_imu.rotation.conjugate() * to.T_map_imu.rotation) / span_s;
+    rates.acceleration += here.T_map_imu.rotation.conjugate() * (to.velocity - from.velocity) / span_s;
+  };
+  if (before != nullptr) add(*before, here);
+  if (after != nullptr) add(here, *after);
+  return rates;
+}
+
 SeenState::SeenState(const CondensedScan& scan, const NavState& own, const MotionRates& rates,
                      const double* calibration)
     : state(own) {

@@ -28,6 +28,10 @@ struct MotionRates {
   Vector3 acceleration = Vector3::Zero();  ///< of the imu, m/s²
 };
 
+/// Rates at a keyframe: the central difference of its neighbours over the `span_s` between them, also if its two steps
+/// differ in length. The noise of `here` cancels (docs/design/041). Null: no neighbour on that side.
+MotionRates rates_between(const NavState* before, const NavState& here, const NavState* after, double span_s);
+
 /// The state at one end of a scan's step, for the evaluation of the scan: moved back along its own motion by δ = clock
 /// − (clock used for deskewing), then by the mounting. The LiDAR rotates about the imu, so a shift of the mounting
 /// changes its velocity. The rates are assumed to be known (docs/design/041).

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "core/lidar/map_error.h"
 #include "factors/manifolds.h"
@@ -91,23 +92,12 @@ SlidingWindow::MapErrorEpoch* SlidingWindow::map_error_epoch_at(const Vector3& p
 void SlidingWindow::renew_rates(std::size_t k) {
   KeyframeFactors& keyframe = *keyframes_[k];
   const bool has_next = k + 1 < keyframes_.size();
-  const NavState here = state(k);
-  MotionRates rates;
-  double sides = 0.0;
-  const auto add = [&](std::size_t i, std::size_t j) {
-    const double step_s = to_seconds(keyframes_[j]->time - keyframes_[i]->time);
-    if (step_s <= 0.0) return;
-    const NavState from = state(i);
-    const NavState to = state(j);
-    rates.turn_rate += so3::log(from.T_map_imu.rotation.conjugate() * to.T_map_imu.rotation) / step_s;
-    rates.acceleration += here.T_map_imu.rotation.conjugate() * (to.velocity - from.velocity) / step_s;
-    sides += 1.0;
-  };
-  if (k > 0) add(k - 1, k);
-  if (has_next) add(k, k + 1);
+  const std::optional<NavState> before = k > 0 ? std::optional(state(k - 1)) : std::nullopt;
+  const std::optional<NavState> after = has_next ? std::optional(state(k + 1)) : std::nullopt;
+  const double span_s = to_seconds(keyframes_[has_next ? k + 1 : k]->time - keyframes_[k > 0 ? k - 1 : k]->time);
   // The oldest keyframe keeps its rates from the time when it had a previous keyframe.
-  if (sides > 0.0 && (k > 0 || keyframe.samples.empty())) {
-    keyframe.rates = {rates.turn_rate / sides, rates.acceleration / sides};
+  if (span_s > 0.0 && (k > 0 || keyframe.samples.empty())) {
+    keyframe.rates = rates_between(before ? &*before : nullptr, state(k), after ? &*after : nullptr, span_s);
   }
   if (keyframe.lidar) {
     keyframe.lidar.change().set_rates(keyframe.rates, k > 0 ? keyframes_[k - 1]->rates : MotionRates{});

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/imu/propagation.h"
+#include "factors/seen_pose.h"
 #include "factors/sliding_window.h"
 #include "tests/factors/swept_room.h"
 #include "tests/factors/window_scene.h"
@@ -118,6 +119,31 @@ TEST(SeenState, ItsVelocityIsThatOfThePlaceThatIsSeen) {
   const Vector3 velocity =
       (seen_after(kStep_s).T_map_imu.position - seen_after(-kStep_s).T_map_imu.position) / (2.0 * kStep_s);
   EXPECT_LT((velocity - seen_after(0.0).velocity).norm(), 1e-5);
+}
+
+// The LiDAR's clock would explain the keyframe's noise (docs/design/041).
+TEST(MotionRates, DoNotDependOnTheNoiseOfTheKeyframeItselfWhateverTheStepsAre) {
+  constexpr double kTurn_rad_s = 0.4;
+  const Vector3 acceleration_m_s2(0.3, -0.2, 0.1);
+  const auto state_at = [&](double time_s) {
+    NavState state;
+    state.T_map_imu.rotation = so3::exp(Vector3(0.0, 0.0, kTurn_rad_s * time_s));
+    state.velocity = time_s * acceleration_m_s2;
+    return state;
+  };
+  for (const double after_s : {0.1, 0.2, 1.0}) {
+    const NavState before = state_at(-0.1);
+    const NavState after = state_at(after_s);
+    const MotionRates exact = rates_between(&before, state_at(0.0), &after, 0.1 + after_s);
+    NavState noisy = state_at(0.0);
+    noisy.T_map_imu.rotation = so3::exp(Vector3(0.0, 0.0, 0.01));
+    noisy.velocity += Vector3(0.02, 0.01, 0.03);
+    const MotionRates found = rates_between(&before, noisy, &after, 0.1 + after_s);
+    EXPECT_NEAR(exact.turn_rate.z(), kTurn_rad_s, 1e-12);
+    EXPECT_LT((found.turn_rate - exact.turn_rate).norm(), 1e-12) << after_s;
+    // In axes of the imu, which the noise turns.
+    EXPECT_LT((noisy.T_map_imu.rotation * found.acceleration - acceleration_m_s2).norm(), 1e-12) << after_s;
+  }
 }
 
 TEST(MountingOfALidar, ErrorsAreWhatTheirSigmasSayWhenTheRobotTurns) {
