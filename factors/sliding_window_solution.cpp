@@ -28,6 +28,20 @@ constexpr double kLeastDecrease = 5e-3;
 constexpr double kDampedRadius = 1e4;
 constexpr int kMostDamped = 20;
 
+/// Radius of nearly no damping (docs/design/028-solver-damping.md), if keyframes are at least this far apart in time.
+constexpr double kGaussNewtonRadius = 1e10;
+constexpr double kShortStep_s = 0.01;
+
+/// Above, the damping is lost in the rounding of the factorization.
+constexpr double kLargestRadius = 1e15;
+
+/// Ceres adds the diagonal of the normal equations over the radius. That of a position contains the IMU's information
+/// about a step, which grows with the step's length to the power of −3; what scans tell about both ends together does
+/// not. The radius grows likewise: with a fixed one, keyframes 60 µs apart would stay where they are.
+double gauss_newton_radius(double shortest_step_s) {
+  return std::min(kLargestRadius, kGaussNewtonRadius * std::max(1.0, std::pow(kShortStep_s / shortest_step_s, 3)));
+}
+
 /// Up to this number, forward solves are faster than the recursion over all variables.
 constexpr std::size_t kFewKeyframes = 4;
 
@@ -81,7 +95,10 @@ int SlidingWindow::solve() {
   options.callbacks.push_back(&settled);
   // Gauss-Newton from the first step. Ceres' default damping leaves poorly observed joint directions, such as the
   // window's position along a tunnel, a fifth of a sigma off (docs/design/028-solver-damping.md).
-  options.initial_trust_region_radius = 1e10;
+  double shortest_step_s = kShortStep_s;
+  for (std::size_t k = 1; k < keyframes_.size(); ++k)
+    shortest_step_s = std::min(shortest_step_s, to_seconds(keyframes_[k]->time - keyframes_[k - 1]->time));
+  options.initial_trust_region_radius = gauss_newton_radius(shortest_step_s);
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   const SerialOpenMp serial;

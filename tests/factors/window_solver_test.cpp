@@ -72,6 +72,29 @@ TEST(WindowSolver, DampsAStepThatFails) {
   EXPECT_LT(sigmas_apart(*near.window, *far.window), 0.05);
 }
 
+// The IMU ties them so firmly to each other that a damping relative to this information stops their common motion.
+TEST(WindowSolver, MovesTwoKeyframesThatAreMicrosecondsApart) {
+  for (const Time step : {Time{100'000'000}, Time{1'000'000}, Time{60'000}}) {
+    Random random(3);
+    const std::vector<Vector3> normals = room_normals(random);
+    ImuNoise noise;
+    noise.accelerometer_noise_density = 5e-3;
+    const NavState truth;
+    NavState start;
+    start.T_map_imu.position = Vector3(0.05, -0.04, 0.03);
+    SlidingWindow window(0, start, start_covariance(), 0, noise, {});
+    const std::vector<ImuSample> at_rest{{0, Vector3::Zero(), -start.gravity}, {step, Vector3::Zero(), -start.gravity}};
+    window.add_keyframe(step, start, at_rest);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Scan points = scan(truth.T_map_imu, normals, 300, 0.02, 5.0, 0.0, random);
+      window.set_lidar(k, condense_scan(points.matches, start.T_map_imu), points.matches, {});
+    }
+    window.solve();
+    for (std::size_t k = 0; k < 2; ++k)
+      EXPECT_LT(window.state(k).T_map_imu.position.norm(), 0.01) << step << " ns, keyframe " << k;
+  }
+}
+
 TEST(WindowSolver, StopsWithATenthOfASigmaLeftAtMost) {
   const SolvedWindow stopped(1.0, 50);
   const SolvedWindow again(1.0, 50);
