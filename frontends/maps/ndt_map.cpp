@@ -8,8 +8,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/lidar/voxel_planes.h"
+#include "core/middle_value.h"
 #include "frontends/maps/plane_map_loader.h"
 #include "frontends/maps/point_cloud_file.h"
 
@@ -23,12 +25,25 @@ constexpr double kNdtTile_m = 32.0;          // rounded to whole cells; results 
 constexpr std::size_t kNdtTargets = 4;       // around a corner of tiles
 constexpr double kSmallestStep = 0.01;       // of translation (m) and angles (rad): ends the iterations
 constexpr double kFarthestPosition_m = 1e6;  // beyond any map, within the range of tile indices
+constexpr double kOriginStep_m = 1e4;        // a float that is half as large is exact to 0.5 mm
 
 NdtCloud::Ptr to_pcl(std::span<const Eigen::Vector3f> points) {
   auto cloud = pcl::make_shared<NdtCloud>();
   cloud->reserve(points.size());
   for (const Eigen::Vector3f& point : points) cloud->emplace_back(point.x(), point.y(), point.z());
   return cloud;
+}
+
+/// The middle of the first points, rounded: 0 for a site near the map's origin.
+Vector3 local_origin_of(std::span<const Eigen::Vector3f> first_points) {
+  Vector3 origin_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> coordinates;
+    for (const Eigen::Vector3f& point : first_points) coordinates.push_back(point[axis]);
+    const long steps = std::lround(middle_value(std::move(coordinates)) / kOriginStep_m);
+    origin_m[axis] = kOriginStep_m * static_cast<double>(steps);
+  }
+  return origin_m;
 }
 
 std::vector<Eigen::Vector3f> positions_of(const VoxelMeans& cloud) {
@@ -72,10 +87,11 @@ struct NdtMap::Target {
   NdtRegistration registration;
 };
 
-NdtMap::NdtMap(const VoxelMeans& cloud, const NdtOptions& options, double reach_m)
+NdtMap::NdtMap(const VoxelMeans& cloud, const NdtOptions& options, double reach_m, const Vector3& local_origin_m)
     : options_(options),
       reach_m_(reach_m),
-      tile_m_(options.cell_m * std::max(1.0, std::round(kNdtTile_m / options.cell_m))) {
+      tile_m_(options.cell_m * std::max(1.0, std::round(kNdtTile_m / options.cell_m))),
+      local_origin_m_(local_origin_m) {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // what fails is reported by the result
   // A cell must not be divided: cells are numbered in floats, as PCL numbers them.
   const auto cells_a_tile = static_cast<float>(std::lround(tile_m_ / options.cell_m));
@@ -116,16 +132,17 @@ NdtMap::Target& NdtMap::target_around(const Vector3& position) {
 }
 
 std::optional<ScanMatch> NdtMap::match(std::span<const Eigen::Vector3f> points, const Pose& guess) {
+  const Vector3 local_position = guess.position - local_origin_m_;
   // Negated, so that a position that is not a number is far too.
-  if (!(guess.position.cwiseAbs().maxCoeff() < kFarthestPosition_m) || !guess.rotation.coeffs().allFinite())
+  if (!(local_position.cwiseAbs().maxCoeff() < kFarthestPosition_m) || !guess.rotation.coeffs().allFinite())
     return std::nullopt;
   VoxelMeans thinned(options_.thinning_m);
   for (const Eigen::Vector3f& point : points) thinned.add(point);
-  NdtRegistration& registration = target_around(guess.position).registration;
+  NdtRegistration& registration = target_around(local_position).registration;
   if (thinned.size() == 0 || !registration.has_cells()) return std::nullopt;
 
   Eigen::Isometry3d begin(guess.rotation.normalized());
-  begin.pretranslate(guess.position);
+  begin.pretranslate(local_position);
   registration.setInputSource(to_pcl(positions_of(thinned)));
   NdtCloud aligned;
   registration.align(aligned, begin.matrix().cast<float>());
@@ -134,7 +151,7 @@ std::optional<ScanMatch> NdtMap::match(std::span<const Eigen::Vector3f> points, 
 
   ScanMatch match;
   match.T_map_imu.rotation = Quaternion(Matrix3(found.topLeftCorner<3, 3>().cast<double>())).normalized();
-  match.T_map_imu.position = found.topRightCorner<3, 1>().cast<double>();
+  match.T_map_imu.position = found.topRightCorner<3, 1>().cast<double>() + local_origin_m_;
   match.points = static_cast<int>(thinned.size());
   match.matched = registration.count_near_cells(aligned);
   match.iterations = registration.getFinalNumIteration();
@@ -149,8 +166,11 @@ std::shared_ptr<NdtMap> load_ndt_map(const std::string& path, const NdtOptions& 
   const auto reach_m = static_cast<float>(voxels_reach_m(options.thinning_m));
   std::int64_t far = 0;
   WarningLog counted_by_load_planes;
+  std::optional<Vector3> local_origin_m;
   const auto add = [&](std::span<const Eigen::Vector3f> piece) {
-    for (const Eigen::Vector3f& point : piece) {
+    if (!local_origin_m && !piece.empty()) local_origin_m = local_origin_of(piece);
+    for (const Eigen::Vector3f& in_map : piece) {
+      const Eigen::Vector3f point = in_map - local_origin_m->cast<float>();
       if (point.cwiseAbs().maxCoeff() < reach_m) {
         cloud.add(point);
       } else {
@@ -160,13 +180,14 @@ std::shared_ptr<NdtMap> load_ndt_map(const std::string& path, const NdtOptions& 
   };
   stream_point_cloud(path, counted_by_load_planes, add, origin_m);
   if (far > 0) {
-    warnings.add("cloud.far_points",
-                 fmt::format("{}: map points farther than {:.0f} m from the origin, the limit for "
-                             "ndt.registration.thinning_m = {:g}, were dropped",
-                             path, reach_m, options.thinning_m),
-                 0, far);
+    warnings.add(
+        "cloud.far_points",
+        fmt::format("{}: map points farther than {:.0f} m from ({:.0f}, {:.0f}, {:.0f}) m, the limit for "
+                    "ndt.registration.thinning_m = {:g}, were dropped",
+                    path, reach_m, local_origin_m->x(), local_origin_m->y(), local_origin_m->z(), options.thinning_m),
+        0, far);
   }
-  return std::make_shared<NdtMap>(cloud, options, map_reach_m(lidars));
+  return std::make_shared<NdtMap>(cloud, options, map_reach_m(lidars), local_origin_m.value_or(Vector3::Zero()));
 }
 
 }  // namespace lodestone

@@ -160,6 +160,32 @@ TEST_F(NdtMapTest, AFileIsThinnedWhileItIsRead) {
               HasSubstr("none.pcd"));
 }
 
+/// Beyond the reach of the thinning's voxels, where floats are 8 mm apart.
+TEST_F(NdtMapTest, FindsThePoseOfAScanInAMapFarFromItsOrigin) {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "hall.pcd").string();
+  const Vector3 place_m(110'000.0, -112'000.0, 500.0);
+  std::vector<Eigen::Vector3f> moved = cloud;
+  for (Eigen::Vector3f& point : moved) point += place_m.cast<float>();
+  write_point_cloud(file, moved);
+  WarningLog warnings;
+  LidarModel lidar;
+  lidar.max_range_m = 10.0;
+  const auto far = load_ndt_map(file, NdtOptions{}, std::span(&lidar, 1), warnings);
+  EXPECT_TRUE(warnings.entries().empty());
+  const Pose truth = place(31.5, 4.0, 2.0);
+  Pose there = truth;
+  there.position += place_m;
+  Vector6 offset;
+  offset << 0.01, -0.01, 0.02, 0.1, -0.08, 0.04;
+  const auto match = far->match(scan_at(truth, cloud), there.boxplus(offset));
+  ASSERT_TRUE(match);
+  const Vector6 error = match->T_map_imu.boxminus(there);
+  EXPECT_LT(error.head<3>().norm(), 0.6 * offset.head<3>().norm());
+  EXPECT_LT(error.tail<3>().norm(), 0.6 * offset.tail<3>().norm());
+  EXPECT_GT(match->matched, match->points * 9 / 10);
+}
+
 TEST_F(NdtMapTest, PointsBeyondTheRangeOfVoxelsAreCounted) {
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "hall.pcd").string();
