@@ -157,10 +157,9 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
     renew(newest);
     iterations += window_->solve();
   }
-  const bool leaves =
-      window_->size() > 1 && to_seconds(window_->time(newest) - window_->time(0)) >= options.smoother.window_s - 1e-6;
+  const std::size_t leaving = leaving_keyframes();
   std::vector<std::size_t> wanted{newest};
-  if (leaves) wanted.push_back(0);
+  for (std::size_t k = 0; k < leaving; ++k) wanted.push_back(k);
   std::vector<Matrix6> covariances;
   std::optional<WorkTimer> timed(Work::covariance);
   parallel_for(0, 2, [&](int part) {
@@ -183,14 +182,24 @@ void Smoother::process(const ScanBundle& bundle, EstimateSink& sink) {
   const Pose& mounting = input_.suite.lidar.T_imu_lidar;  // the pose is for points that are transformed with it
   causal.scan_pose =
       window_->seen_pose(newest) * keyframes_.back()->lidar_correction.corrected(mounting) * mounting.inverse();
-  if (leaves) {
-    report(0, covariances[1], sink);
+  for (std::size_t k = 0; k < leaving; ++k) {
+    report(0, covariances[1 + k], sink);
     const WorkTimer marginalizing(Work::marginalize);
     window_->marginalize_oldest();
     keyframes_.pop_front();
   }
   causal.diagnostics.step_ms = step.elapsed_ms();
   sink.causal(causal);
+}
+
+/// Of a steady scan rate, one keyframe leaves for each new one. If scans become longer, this number of keyframes would
+/// cover many times the window's length: two leave until the window is shorter than twice its length.
+std::size_t Smoother::leaving_keyframes() const {
+  const std::size_t newest = window_->size() - 1;
+  const double length_s = to_seconds(window_->time(newest) - window_->time(0));
+  const double most_s = input_.options.smoother.window_s;
+  if (newest == 0 || length_s < most_s - 1e-6) return 0;
+  return newest > 1 && length_s >= 2.0 * most_s - 1e-6 ? 2 : 1;
 }
 
 void Smoother::take_measurements(Keyframe& keyframe, const ScanBundle& bundle) const {

@@ -39,6 +39,7 @@ class Smoother final : public Estimator {
   bool begins_to_narrow(std::size_t k);
   bool has_moved(std::size_t k) const;
   void share_slide();
+  std::size_t leaving_keyframes() const;
   void report(std::size_t k, const Matrix6& covariance, EstimateSink& sink);
 
   EstimatorInput input_;

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "core/error.h"
+#include "estimators/smoother/smoother.h"
 #include "tests/estimators/drive.h"
 #include "tests/frontends/logs/test_files.h"
 
@@ -213,6 +214,32 @@ TEST(Smoother, BridgesAnOutageOfTheLidar) {
   for (std::size_t i = 100; i < 120; ++i) bundles[i].scan.points.clear();
   const Collector result = run("smoother", drive.input(), bundles);
   EXPECT_LT(accuracy(result.best_estimates, drive.truth).max_m, 0.1);
+}
+
+// Scans that become ten times as long: the lag must not.
+TEST(Smoother, TheLagStaysBelowTwiceTheWindowWhenScansBecomeLonger) {
+  constexpr double kWindow_s = 0.5;
+  const Drive& drive = shared_drive();
+  std::vector<ScanBundle> bundles(drive.bundles.begin(), drive.bundles.begin() + 20);
+  for (std::size_t first = 20; first + 10 <= 120; first += 10) {
+    ScanBundle joined = drive.bundles[first];
+    for (std::size_t i = first + 1; i < first + 10; ++i) {
+      const ScanBundle& part = drive.bundles[i];
+      joined.scan = part.scan;
+      joined.imu.insert(joined.imu.end(), part.imu.begin() + 1, part.imu.end());
+      joined.magnetic.insert(joined.magnetic.end(), part.magnetic.begin(), part.magnetic.end());
+    }
+    bundles.push_back(std::move(joined));
+  }
+  EstimatorInput input = drive.input();
+  input.options.smoother.window_s = kWindow_s;
+  Smoother smoother(input);
+  Collector collector;
+  for (const ScanBundle& bundle : bundles) smoother.process(bundle, collector);
+  EXPECT_LE(to_seconds(bundles.back().scan.end - collector.best_estimates.back().time), 2.0 * kWindow_s + 1e-6);
+  smoother.finish(collector);
+  ASSERT_EQ(collector.best_estimates.size(), bundles.size());
+  for (std::size_t i = 0; i < bundles.size(); ++i) EXPECT_EQ(collector.best_estimates[i].time, bundles[i].scan.end);
 }
 
 TEST(Estimators, GiveTheSameBitsOnOneAndTwoThreadsAndOnTwoRuns) {
