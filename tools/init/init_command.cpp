@@ -71,6 +71,8 @@ void write_drafted_platform(const InitCall& call) {
   fmt::print("{}: {}, IMU {}, {} magnetometer(s); {} lines are guesses\n", out.string(),
              draft.platform.has_lidar() ? "LiDAR " + draft.platform.lidar.topic : "no LiDAR", draft.platform.imu.topic,
              draft.platform.magnetometers.size(), guesses);
+  if (const std::string unread = reasons_of_refusal(survey, Sensor::magnetometer); !unread.empty())
+    fmt::print("magnetometers not read: {}\n", unread);
   print_warnings(warnings);
   if (call.logs.size() == 1) {
     fmt::print("next: lodestone check {} --platform {}\n", call.logs.front(), out.string());

@@ -193,6 +193,15 @@ LogSurvey survey_logs(const std::vector<std::string>& logs, WarningLog& warnings
   return survey;
 }
 
+std::string reasons_of_refusal(const LogSurvey& survey, Sensor sensor) {
+  std::string reasons;
+  for (const SurveyedTopic& topic : survey.topics) {
+    if (topic.sensor != sensor || !topic.refused) continue;
+    reasons += fmt::format("{}{}", reasons.empty() ? "" : "; ", topic.refused->what());
+  }
+  return reasons;
+}
+
 const SurveyedTopic* chosen_lidar(const LogSurvey& survey) {
   const SurveyedTopic* best = nullptr;
   std::string reasons;
@@ -214,22 +223,22 @@ const SurveyedTopic* chosen_lidar(const LogSurvey& survey) {
     return topic.sensor == Sensor::magnetometer && !topic.refused;
   });
   if (best != nullptr || (reasons.empty() && localizes_without)) return best;
-  throw no_topic(survey, "a LiDAR that can be read (sensor_msgs/PointCloud2 or livox_ros_driver2/CustomMsg)",
-                 reasons.empty() ? "record the LiDAR's points, not its packets, or add a log that has them" : reasons);
+  if (reasons.empty()) {
+    reasons = "record the LiDAR's points, not its packets, or add a log that has them";
+    const std::string unread = reasons_of_refusal(survey, Sensor::magnetometer);
+    if (!unread.empty()) reasons += "; " + unread;
+  }
+  throw no_topic(survey, "a LiDAR that can be read (sensor_msgs/PointCloud2 or livox_ros_driver2/CustomMsg)", reasons);
 }
 
 const SurveyedTopic& chosen_imu(const LogSurvey& survey) {
   const SurveyedTopic* best = nullptr;
-  std::string reasons;
   for (const SurveyedTopic& topic : survey.topics) {
-    if (topic.sensor != Sensor::imu) continue;
-    if (topic.refused) {
-      reasons += fmt::format("{}{}", reasons.empty() ? "" : "; ", topic.refused->what());
-      continue;
-    }
+    if (topic.sensor != Sensor::imu || topic.refused) continue;
     if (best == nullptr || topic.info.messages > best->info.messages) best = &topic;
   }
   if (best != nullptr) return *best;
+  const std::string reasons = reasons_of_refusal(survey, Sensor::imu);
   throw no_topic(survey, "an IMU that can be read (sensor_msgs/Imu)",
                  reasons.empty() ? "record the IMU, or write the platform file by hand with imu.angular_velocity and "
                                    "imu.linear_acceleration as paths in a message of another type"

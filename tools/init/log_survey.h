@@ -47,6 +47,9 @@ struct LogSurvey {
 /// or a transform cannot be decoded.
 LogSurvey survey_logs(const std::vector<std::string>& logs, WarningLog& warnings);
 
+/// Why topics of a sensor cannot be read, with their names; "; " between topics. Empty if all can be read.
+std::string reasons_of_refusal(const LogSurvey& survey, Sensor sensor);
+
 /// The LiDAR with most points. LiDARs without times of the points follow all others: depth cameras and filters publish
 /// such clouds. Null for a robot with magnetometers whose logs have no LiDAR, and no packets of one. Throws InputError
 /// that lists the topics if no cloud can be read, or there is neither.

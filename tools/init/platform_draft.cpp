@@ -74,7 +74,9 @@ class PlatformDraft {
       platform_.lidar.topic.clear();
       comment("imu", "no LiDAR: these logs have none; if another log has its points, name both logs");
     }
-    if (magnetometers_.empty()) {
+    if (const std::string unread = reasons_of_refusal(survey, Sensor::magnetometer); !unread.empty()) {
+      comment("magnetometers", "not read: " + unread);
+    } else if (magnetometers_.empty()) {
       comment("magnetometers",
               "no sensor_msgs/MagneticField with messages; in a message of another type, state the key 'values' "
               "(docs/user/messages.md)");

@@ -333,6 +333,36 @@ TEST_F(PlatformDraftTest, PacketsOfALidarAreRefusedWithTheTopics) {
                     HasSubstr("/magnetometer_1/field (sensor_msgs/MagneticField, ")));
 }
 
+TEST_F(PlatformDraftTest, MagnetometersThatCannotBeReadAreNamedWithTheReason) {
+  TopicInfo broken;
+  broken.name = "/magnetometer_2/field";
+  broken.type = "sensor_msgs/MagneticField";
+  broken.md5 = "2f3b0b43eed0c9501de0fa3ff89a45aa";
+  broken.definition = "Header header";
+  ros1::BagWriter writer(folder_ / "broken.bag", Codec::none);
+  const std::uint8_t byte = 0;
+  writer.write(broken, {1'700'000'000'000'000'000, 0, &byte, 1});
+  writer.close();
+  write(noisy_robot(), "log.bag");
+  const CommentedPlatform some = draft({"log.bag", "broken.bag"});
+  expect_robot(loaded(some));
+  const auto named = HasSubstr("topic /magnetometer_2/field, recorded at ");
+  EXPECT_THAT(some.comments.at("magnetometers"), AllOf(StartsWith("not read: "), named));
+  EXPECT_THAT(commented_text(some), named);
+  SyntheticLog bare = noisy_robot();
+  bare.on_field = [](int, int, ros1::MagneticFieldMessage&) { return false; };
+  write(bare, "log.bag");
+  const CommentedPlatform none = draft({"log.bag", "broken.bag"});
+  EXPECT_TRUE(loaded(none).magnetometers.empty());
+  EXPECT_THAT(none.comments.at("magnetometers"), AllOf(StartsWith("not read: "), named));
+  bare.lidar = false;
+  write(bare, "log.bag");
+  EXPECT_THAT(testing::message_of<InputError>([&]() {
+                draft({"log.bag", "broken.bag"});
+              }),
+              AllOf(HasSubstr("there is no topic of a LiDAR"), named));
+}
+
 TEST_F(PlatformDraftTest, ALogWithoutALidarOrAnImuIsRefusedWithItsTopics) {
   SyntheticLog blind = noisy_robot();
   blind.lidar = false;
