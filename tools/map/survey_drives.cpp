@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/error.h"
+#include "core/geometry/pose_spacing.h"
 #include "core/middle_value.h"
 #include "core/nearest_name.h"
 #include "frontends/configuration/trajectory_file.h"
@@ -46,15 +47,6 @@ void check_different(const std::vector<std::string>& logs) {
       throw InputError(logs[i] + ": the log is given twice; expected different drives: omit one, and its --trajectory");
     }
   }
-}
-
-/// Median time between neighbouring poses, ns.
-Time pose_spacing(const Trajectory& trajectory) {
-  std::vector<Time> spacings;
-  for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    spacings.push_back(trajectory[i].time - trajectory[i - 1].time);
-  }
-  return spacings.empty() ? 0 : middle_value(std::move(spacings));
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "core/middle_value.h"
+#include "core/geometry/pose_spacing.h"
 #include "tools/plotting/axes.h"
 #include "tools/plotting/color_bar.h"
 #include "tools/plotting/pictures.h"
@@ -56,11 +56,7 @@ void draw_field(Canvas& canvas, const PlanSheet& sheet, const MagneticMap& map, 
 
 /// The longest time between two poses that a line joins: where an estimator was lost, there are none.
 double longest_step_s(const Trajectory& trajectory) {
-  std::vector<double> steps_s;
-  for (std::size_t i = 1; i < trajectory.size(); ++i) {
-    steps_s.push_back(to_seconds(trajectory[i].time - trajectory[i - 1].time));
-  }
-  return steps_s.empty() ? 0.0 : std::max(1.0, 5.0 * middle_value(std::move(steps_s)));
+  return std::max(1.0, 5.0 * to_seconds(pose_spacing(trajectory)));
 }
 
 void draw_track(Canvas& canvas, const Axes& axes, const Trajectory& trajectory, Color color, double width) {

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "core/geometry/nav_state.h"
+#include "core/geometry/pose_spacing.h"
 #include "core/geometry/slide.h"
 #include "core/geometry/trajectory.h"
 
@@ -201,6 +202,12 @@ TEST(TrajectoryTest, InterpolatesWithinAndRefusesOutsideAndAcrossGaps) {
   EXPECT_FALSE(interpolate(trajectory, 1001, 200));
   EXPECT_FALSE(interpolate(trajectory, 500, 200));
   EXPECT_TRUE(interpolate(trajectory, 1000, 200));
+}
+
+TEST(TrajectoryTest, AGapDoesNotChangeTheSpacing) {
+  EXPECT_EQ(pose_spacing({}), 0);
+  EXPECT_EQ(pose_spacing({{7, {}}}), 0);
+  EXPECT_EQ(pose_spacing({{0, {}}, {10, {}}, {20, {}}, {1000, {}}}), 10);
 }
 
 }  // namespace
