@@ -17,8 +17,8 @@
 namespace lodestone {
 namespace {
 
-/// Most points that wait for the regression; some 400 bytes each.
-constexpr std::size_t waiting_points = 20000;
+/// Most points that wait for the regression; some 400 bytes each, and up to a second of work in all.
+constexpr std::size_t waiting_points = 5000;
 /// Default limit of σ over the signal's: the survey explains half of the signal's variance.
 constexpr double kMostOfSignal = 0.7071;
 /// Cache for tiles of the finished map.
@@ -149,8 +149,10 @@ struct FittedSurvey {
 
 /// Kernels of the readings without the errors of the magnetometers, their offsets and that of their clock, or one of
 /// the two, or none: what predicts held-out readings better than no correction, in this order.
-FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
+FittedSurvey fit_survey(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options,
+                        const MapProgress& progress) {
   const auto fit = [&](const std::vector<FieldObservation>& observations) {
+    if (progress) progress(0.0);
     return fit_field_kernels(observations, options.resolution_m, options.regression, options.method);
   };
   SurveyErrors found = survey_errors(readings, {options.offset_sigma_ut, options.clock_sigma_s});
@@ -200,9 +202,10 @@ int MagneticMapOptions::tile_nodes() const {
   return std::clamp(static_cast<int>(std::lround(tile_m / resolution_m / 16.0)), 1, 64) * 16;
 }
 
-MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options) {
+MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options,
+                                     const MapProgress& progress) {
   options.check();
-  const auto [found, fit] = fit_survey(readings, options);
+  const auto [found, fit] = fit_survey(readings, options, progress);
   const std::vector<FieldCell> cells = thin_survey(without_errors(readings, found), fit.cell_m);
   const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
   const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
@@ -239,6 +242,7 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readin
         sweep.add({place(column).x(), y, grid.heights_m[layer]}, tag);
       }
     }
+    if (progress) progress((row + 1.0) / grid.rows);
   }
   sweep.finish();
   if (fit.drive.position_sigma_m > 0.0) nodes = with_position_error(*nodes, grid, fit.drive.position_sigma_m);

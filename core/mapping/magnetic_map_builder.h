@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -59,6 +60,10 @@ struct MagneticMapResult {
   SurveyErrors errors;
 };
 
+/// Called by the thread that builds a map, with the share of the rows of nodes that are done: 0 while kernels are
+/// fitted. What it throws ends the work.
+using MapProgress = std::function<void(double share)>;
+
 /// Builds the grid map of a survey. A node's σ is the expected difference of a reading of another drive from the map,
 /// without white noise: posterior of the regression and DriveError; the root mean square over the three components. The
 /// grid spans the survey and the regression's reach. Its origin is a multiple of the resolution. Throws InputError if
@@ -68,7 +73,7 @@ struct MagneticMapResult {
 /// Readings are corrected for the offsets of the magnetometers and of their clock if held-out readings are then
 /// predicted better (survey_errors.h).
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& observations,
-                                     const MagneticMapOptions& options);
+                                     const MagneticMapOptions& options, const MapProgress& progress = {});
 
 /// Prediction errors of a regression on held-out readings.
 struct HeldOutScore {

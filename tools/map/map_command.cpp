@@ -73,18 +73,31 @@ FieldSurvey read_field_drive(const SurveyDrive& drive, const Platform& platform)
   return survey;
 }
 
-/// All drives as one survey.
-FieldSurvey read_field_survey(const MapMagneticCall& call, const Platform& platform) {
+/// All drives as one survey. Adds their durations to `duration`.
+FieldSurvey read_field_survey(const MapMagneticCall& call, const Platform& platform, Time& duration) {
   FieldSurvey survey;
   for (const SurveyDrive& drive : read_survey_drives(call.survey)) {
     const Stopwatch reading;
     FieldSurvey one = read_field_drive(drive, platform);
+    const Time span = one.observations.back().time - one.observations.front().time;
     fmt::print("{}: {} readings of {} magnetometers, {:.1f} s of log, read in {:.1f} s\n", drive.log,
-               one.observations.size(), platform.suite.magnetometers.size(),
-               to_seconds(one.observations.back().time - one.observations.front().time), reading.elapsed_s());
+               one.observations.size(), platform.suite.magnetometers.size(), to_seconds(span), reading.elapsed_s());
+    duration += span;
     append_drive(survey, std::move(one));
   }
   return survey;
+}
+
+/// Progress is that of the map's rows, as a share of the survey's duration.
+MagneticMapResult build_survey_map(const MapMagneticCall& call, const FieldSurvey& survey, Time duration,
+                                   const MagneticMapOptions& options) {
+  std::optional<Progress> progress;
+  return build_magnetic_map(survey.observations, options, [&](double share) {
+    throw_if_interrupted();
+    if (share == 0.0) return;  // the time of fitting kernels is no part of the rate
+    if (!progress) progress.emplace(std::filesystem::path(call.out).filename().string(), 0, duration);
+    progress->advance(static_cast<Time>(share * static_cast<double>(duration)));
+  });
 }
 
 /// Noise of one reading of the array in the platform file: rms over its magnetometers.
@@ -198,9 +211,10 @@ void map_magnetic(const MapMagneticCall& call) {
   // A platform file that is written again must be complete, except for a LiDAR.
   const Platform platform =
       load_platform(call.platform, call.platform_out.empty() ? magnetometers_only : SensorChoice{.lidar = false});
-  const FieldSurvey survey = read_field_survey(call, platform);
+  Time duration = 0;
+  const FieldSurvey survey = read_field_survey(call, platform, duration);
   const Stopwatch building;
-  const MagneticMapResult result = build_magnetic_map(survey.observations, options);
+  const MagneticMapResult result = build_survey_map(call, survey, duration, options);
   const FieldGrid& grid = result.map.grid();
   fmt::print("{}: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
              method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows,
@@ -238,6 +252,7 @@ void map_magnetic(const MapMagneticCall& call) {
   if (!unreached.empty()) fmt::print("warning: map.height (1 times): {}\n", unreached);
   const std::string doubts = survey_doubts(result.fit, reading_noise(platform), score);
   if (!doubts.empty()) fmt::print("warning: map.survey_noise (1 times): {}\n", doubts);
+  throw_if_interrupted();  // not later: the files of a map belong together
   write_magnetic_map(result.map, provenance_of(call, options, survey, result, held_out, doubts), call.out,
                      options.tile_nodes());
   const std::filesystem::path picture = std::filesystem::path(out).replace_extension(".png");

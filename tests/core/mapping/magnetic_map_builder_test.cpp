@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -40,6 +41,22 @@ std::vector<FieldObservation> dipole_survey(double noise, std::vector<bool>* in_
     }
   }
   return observations;
+}
+
+TEST(MagneticMapBuilderTest, ReportsItsProgressAndCanBeEnded) {
+  const std::vector<FieldObservation> survey = dipole_survey(1.0);
+  std::vector<double> shares;
+  build_magnetic_map(survey, {}, [&](double share) { shares.push_back(share); });
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_EQ(shares.front(), 0.0);
+  EXPECT_EQ(shares.back(), 1.0);
+  EXPECT_GT(shares.size(), 10U);
+  for (const double last : {0.0, 0.5}) {
+    const auto end = [last](double share) {
+      if (share >= last) throw Interrupted();
+    };
+    EXPECT_THROW(build_magnetic_map(survey, {}, end), Interrupted);
+  }
 }
 
 TEST(MagneticMapBuilderTest, MapIsTheFieldWithinItsSigma) {
