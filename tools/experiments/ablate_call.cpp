@@ -38,6 +38,7 @@ std::vector<std::string> names_of(const Variant& variant, const reproduce::Run& 
 /// Lists variants with their switches, and drives: the names that --only accepts.
 void print_runs(const Ablation& ablation, const reproduce::Experiment& experiment) {
   const std::vector<reproduce::Run> runs = reproduce::list_runs(experiment);
+  reproduce::check_worlds(experiment, runs);
   Table variants({"variant", "runs", "switches"});
   std::vector<std::string> drives;
   for (std::size_t i = 0; i < ablation.variants.size(); ++i) {

@@ -18,21 +18,6 @@ namespace {
 constexpr const char* kProgram = "/proc/self/exe";
 constexpr int kMostJobs = 4;  // a job may need 2 GB of memory and disk space for a log
 
-/// Missing sequences and scenes are reported before the first step runs.
-void check_worlds(const Experiment& experiment, const Plan& plan) {
-  for (const Group& group : experiment.groups) {
-    for (const Drive& drive : group.drives) {
-      const bool meant = std::any_of(plan.runs.begin(), plan.runs.end(), [&](const Run& run) {
-        return run.group == group.name && run.world_name == drive.world_name && run.sequence == drive.sequence;
-      });
-      if (!meant) continue;
-      std::vector<std::string> scenes = drive.map_scenes;
-      scenes.push_back(drive.scene);
-      simulation::require_in_world(drive.world, group.world_settings, drive.sequence, scenes);
-    }
-  }
-}
-
 WorkflowOptions workflow_options(const std::optional<int>& jobs, const std::string& profile) {
   if (jobs && *jobs < 1) throw InputError(fmt::format("--jobs: expected at least 1, found {}", *jobs));
   WorkflowOptions options;
@@ -63,12 +48,26 @@ std::string plural(std::size_t count, const std::string& what) {
 
 }  // namespace
 
+void check_worlds(const Experiment& experiment, const std::vector<Run>& runs) {
+  for (const Group& group : experiment.groups) {
+    for (const Drive& drive : group.drives) {
+      const bool meant = std::any_of(runs.begin(), runs.end(), [&](const Run& run) {
+        return run.group == group.name && run.world_name == drive.world_name && run.sequence == drive.sequence;
+      });
+      if (!meant) continue;
+      std::vector<std::string> scenes = drive.map_scenes;
+      scenes.push_back(drive.scene);
+      simulation::require_in_world(drive.world, group.world_settings, drive.sequence, scenes);
+    }
+  }
+}
+
 PlanRun::PlanRun(const Experiment& experiment, const WorkOptions& options)
     : file_(experiment.file),
       work_options_(workflow_options(options.jobs, options.profile)),
       plan_(make_plan(experiment, Fingerprint().add_file(kProgram).to_string())) {
   for (Step& step : plan_.steps) step.keep = step.keep || (options.keep_fields && step.kind == StepKind::field);
-  check_worlds(experiment, plan_);
+  check_worlds(experiment, plan_.runs);
   store_ = std::make_unique<StepStore>(options.out, options.any_build);
   workflow_ = std::make_unique<Workflow>(plan_, *store_, work_options_);
 }

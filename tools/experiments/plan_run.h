@@ -19,6 +19,9 @@ struct WorkOptions {
   bool keep_fields = false;  ///< keep magnetic maps after the runs, for further calls in this folder
 };
 
+/// Throws InputError if a world of these runs cannot be read, or lacks a sequence or a scene.
+void check_worlds(const Experiment& experiment, const std::vector<Run>& runs);
+
 /// Runs an experiment's steps in an output folder, which is locked during the lifetime of this object.
 class PlanRun {
  public:

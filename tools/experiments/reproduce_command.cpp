@@ -66,7 +66,9 @@ void write_results(const Experiment& experiment, const PlanRun& work) {
 int execute(const ExperimentCall& call) {
   const Experiment experiment = read_experiment(call);
   if (call.list) {
-    print_runs(list_runs(experiment));
+    const std::vector<Run> runs = list_runs(experiment);
+    check_worlds(experiment, runs);
+    print_runs(runs);
     return exit_code::done;
   }
   if (call.out.empty()) throw InputError("--out: expected a folder for the results (or --list)");

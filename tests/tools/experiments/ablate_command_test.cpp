@@ -110,6 +110,9 @@ TEST_F(AblateCommand, RefusesWrongCallsInOneLine) {
   expect_refused("ablate " + ablation_ + out, "did you mean 'lidar'?");
   write_yard(folder_, changed("sequences: [out]", "sequences: [uot]"));
   expect_refused("ablate " + ablation_ + out, "there is no sequence 'uot'");
+  expect_refused("ablate " + ablation_ + " --list", "there is no sequence 'uot'");
+  std::filesystem::remove(folder_ / "yard.yaml");
+  expect_refused("ablate " + ablation_ + " --list", "yard.yaml");
 }
 
 TEST_F(AblateCommand, ListsVariantsAndDrivesAndShowsExamples) {

@@ -164,6 +164,7 @@ TEST_F(ReproduceCommand, RefusesWrongCallsInOneLine) {
   expect_refused("reproduce " + experiment_ + out + " --only ways", "there is no sequence 'uot'");
   fs::remove(folder_ / "yard.yaml");
   expect_refused("reproduce " + experiment_ + out, "yard.yaml");
+  expect_refused("reproduce " + experiment_ + " --list", "yard.yaml");
 }
 
 TEST_F(ReproduceCommand, ListsItsRunsAndShowsExamples) {
