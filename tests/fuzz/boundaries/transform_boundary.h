@@ -30,7 +30,8 @@ void read_transforms_of_message(const std::filesystem::path& folder) {
   const std::string text = read_text_file((folder / "message").string());
   const std::vector<std::uint8_t> bytes(text.begin(), text.end());
   StaticTransforms transforms;
-  add_transforms("log", {"/tf_static", "tf2_msgs/TFMessage", encoding}, {0, 0, bytes.data(), bytes.size()}, transforms);
+  add_transforms("log", {"/tf_static", "tf2_msgs/TFMessage", encoding, 0, 0, 0, "", ""},
+                 {0, 0, bytes.data(), bytes.size()}, transforms);
   transforms.between("a", "d");
 }
 
