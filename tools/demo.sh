@@ -26,7 +26,7 @@ step "Simulate the tunnel (sequence 3): log, ground truth, cloud map, survey dri
 
 step "Build the magnetic map from the survey drive"
 "$lodestone" map magnetic "$out/survey.bag" --trajectory "$out/survey.tum" --platform "$out/platform.yaml" \
-  --out "$out/field.yaml"
+  --out "$out/field.yaml" --force
 
 step "Localize with the smoother, the paper's filter, and the filter without magnetometers"
 code=0

@@ -33,7 +33,16 @@ struct CalibrateCall {
   std::string out;
   std::vector<std::string> configurations;
   std::vector<std::string> settings;
+  bool force = false;
 };
+
+/// The files beside the platform file `out`.
+std::filesystem::path calibration_file(const std::string& out) {
+  return std::filesystem::path(out).replace_filename("calibration.json");
+}
+std::filesystem::path field_change_file(const std::string& out) {
+  return std::filesystem::path(out).replace_filename("field_change.csv");
+}
 
 CalibrationOptions read_options(const CalibrateCall& call) {
   CalibrationOptions options;
@@ -50,7 +59,10 @@ void check_call(const CalibrateCall& call) {
   if (sources.magnetic.empty() && !sources.trajectory.empty()) {
     throw InputError("--trajectory: poses serve together with a map; give --magnetic FIELD.yaml as well, or neither");
   }
-  if (!call.out.empty()) yaml_output(call.out);
+  if (call.out.empty()) return;
+  yaml_output(call.out);
+  for (const std::string& file : {call.out, calibration_file(call.out).string(), field_change_file(call.out).string()})
+    refuse_to_replace(file, call.force);
 }
 
 RecordedArray read_log(const CalibrateCall& call, const Platform& platform, WarningLog& warnings) {
@@ -102,10 +114,6 @@ CalibrationLog log_of(const CalibrateCall& call, const RecordedArray& recorded, 
   return log;
 }
 
-std::filesystem::path field_change_file(const std::string& out) {
-  return std::filesystem::path(out).replace_filename("field_change.csv");
-}
-
 void calibrate(const CalibrateCall& call) {
   const ThreadLimit limit(1);  // BLAS: the same bits on every machine
   const CalibrationOptions options = read_options(call);
@@ -133,7 +141,7 @@ void calibrate(const CalibrateCall& call) {
     return;
   }
   const Platform calibrated = calibrated_platform(platform, changes);
-  const std::filesystem::path json = std::filesystem::path(call.out).replace_filename("calibration.json");
+  const std::filesystem::path json = calibration_file(call.out);
   OutputFile file(json);
   file.write(calibration_json(call.sources, calibrated, result, changes, options));
   save_platform(calibrated, call.out);
@@ -168,13 +176,14 @@ void add_magnetometers(CLI::App& parent) {
                                   "a magnetic map, FIELD.yaml: the reference; requires --trajectory"));
   files.input(command->add_option("--trajectory", call->sources.trajectory,
                                   "T_map_imu of the log, TUM, for instance of lodestone run"));
-  files.output(command->add_option("--out", call->out,
-                                   "the platform file to write; calibration.json is written beside it, with a "
-                                   "map also field_change.csv"),
-               [](const std::filesystem::path& out) {
-                 return std::vector<std::filesystem::path>{
-                     std::filesystem::path(out).replace_filename("calibration.json"), field_change_file(out.string())};
-               });
+  files.output(
+      command->add_option("--out", call->out,
+                          "the platform file to write; calibration.json is written beside it, with a "
+                          "map also field_change.csv"),
+      [](const std::filesystem::path& out) {
+        return std::vector<std::filesystem::path>{calibration_file(out.string()), field_change_file(out.string())};
+      });
+  command->add_flag("--force", call->force, "replace the files of --out if they exist");
   files.input(command->add_option("--config", call->configurations,
                                   "YAML files with options that replace the defaults, in order"));
   command->add_option("--set", call->settings, "one option, as key=value; the keys are below");

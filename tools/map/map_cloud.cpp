@@ -37,6 +37,7 @@ struct MapCloudCall {
   int min_points = 2;
   std::optional<double> max_range_m;
   bool keep_moving = false;
+  bool force = false;
   int threads = 0;
 };
 
@@ -169,6 +170,7 @@ void map_cloud(const MapCloudCall& call) {
     throw InputError(call.out + ": with --origin, the map needs doubles, which a PCD has not; name it .ply");
   }
   output_with_ending(call.out, at_site ? ".pcd" : ".ply");
+  refuse_to_replace(call.out, call.force);
   const Platform platform = platform_of(call);
   const std::vector<SurveyDrive> drives = read_survey_drives(call.survey, call.origin_m);
   for (const SurveyDrive& drive : drives) check_origin(drive, call);
@@ -200,6 +202,7 @@ void add_map_cloud(CLI::App& map) {
   files.input(command->add_option("--platform", call->platform, "the robot's platform file"))->required();
   files.output(command->add_option("--out", call->out, "MAP.pcd, with --origin MAP.ply: one point for each voxel"))
       ->required();
+  command->add_flag("--force", call->force, "replace the file if it exists");
   add_origin(*command, "subtracted from trajectories; added to the map's points", call->origin_m);
   command->add_option("--voxel-m", call->voxel_m, "edge of the voxels in which points are averaged, metres")
       ->capture_default_str();

@@ -32,6 +32,7 @@ struct MapMagneticCall {
   std::string platform;
   std::string out;
   std::string platform_out;
+  bool force = false;
   std::vector<std::string> configurations;
   std::vector<std::string> settings;
   std::optional<std::string> method;
@@ -206,8 +207,11 @@ void map_magnetic(const MapMagneticCall& call) {
   const ThreadLimit limit(call.threads);
   const MagneticMapOptions options = read_options(call);
   const std::filesystem::path out = yaml_output(call.out);
-
-  if (!call.platform_out.empty()) yaml_output(call.platform_out);
+  refuse_to_replace(call.out, call.force, {".tif", ".png"});
+  if (!call.platform_out.empty()) {
+    yaml_output(call.platform_out);
+    refuse_to_replace(call.platform_out, call.force, {}, "--platform-out");
+  }
   // A platform file that is written again must be complete, except for a LiDAR.
   const Platform platform =
       load_platform(call.platform, call.platform_out.empty() ? magnetometers_only : SensorChoice{.lidar = false});
@@ -279,6 +283,7 @@ void add_map_magnetic(CLI::App& parent) {
   files.output(command->add_option("--platform-out", call->platform_out,
                                    "the platform file to write for this robot, with the offsets of its magnetometers "
                                    "as a part of their hard iron, and that of their clock"));
+  command->add_flag("--force", call->force, "replace the files if they exist");
   command->add_option("--method", call->method,
                       "s-gpr: each component separately (default); curl-free: one potential for all three");
   command->add_option("--resolution", call->resolution_m, "spacing of the map's nodes, metres (default 0.1)");

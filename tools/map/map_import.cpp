@@ -24,6 +24,7 @@ struct MapImportCall {
   std::string unit;
   std::optional<double> height_m;
   double sigma_ut = 1.0;
+  bool force = false;
 };
 
 FieldImportOptions options_of(const MapImportCall& call) {
@@ -39,6 +40,7 @@ FieldImportOptions options_of(const MapImportCall& call) {
 
 void map_import(const MapImportCall& call) {
   const std::filesystem::path out = yaml_output(call.out);
+  refuse_to_replace(call.out, call.force, {".tif", ".png"});
   const ImportedField field = import_field_table(call.table, options_of(call));
   throw_if_interrupted();
   const FieldGrid& grid = field.map.grid();
@@ -93,6 +95,7 @@ void add_map_import(CLI::App& map) {
       .output(command->add_option("--out", call->out, "FIELD.yaml; FIELD.tif and FIELD.png are written next to it"),
               CommandFiles::with_endings({".tif", ".png"}))
       ->required();
+  command->add_flag("--force", call->force, "replace the files if they exist");
   command->add_option(
       "--unit", call->unit,
       "unit of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: from the header, or detected "

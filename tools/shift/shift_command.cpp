@@ -71,7 +71,7 @@ void shift(const ShiftCall& call) {
   if (kind == SeemingKind::point_cloud) return shift_cloud(call);
   if (kind == SeemingKind::magnetic_map) {
     yaml_output(call.out);
-    refuse_to_replace(std::filesystem::path(call.out).replace_extension(".tif"), call.force);
+    refuse_to_replace(call.out, call.force, {".tif"});
     shift_magnetic_map(call.file, call.out, shift_m);
     fmt::print("{}: magnetic map\n", call.out);
     return;

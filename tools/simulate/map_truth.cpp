@@ -23,10 +23,12 @@ struct MapTruthCall {
   std::string out;
   std::string scene;
   std::vector<std::string> settings;
+  bool force = false;
 };
 
 void map_truth(const MapTruthCall& call) {
   yaml_output(call.out);
+  refuse_to_replace(call.out, call.force, {".tif"});
   const simulation::World world = simulation::load_world(call.world, call.settings);
   const MagneticMap like = read_magnetic_map(call.like);
   const simulation::MagneticField field(world.earth_field_ut, simulation::build_scene(world, call.scene).sources);
@@ -79,6 +81,7 @@ void add_map_truth(CLI::App& map) {
       .output(command->add_option("--out", call->out, "TRUTH.yaml; TRUTH.tif is written beside it; sigma is 0"),
               CommandFiles::with_endings({".tif"}))
       ->required();
+  command->add_flag("--force", call->force, "replace the files if they exist");
   command->add_option("--scene", call->scene, "scene of the world (default: the permanent solids alone)");
   command->add_option("--set", call->settings, "change a key of the world, as for simulate");
   command->footer(R"(

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <system_error>
+#include <vector>
 
 #include "core/error.h"
 
@@ -47,11 +48,17 @@ std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
   return made_folder(folder);
 }
 
-void refuse_to_replace(const std::string& out, bool force) {
-  std::error_code ignored;
-  if (force || !std::filesystem::exists(out, ignored)) return;
-  throw InputError(
-      fmt::format("--out {}: the file exists; choose another name, or set --force to replace the file", out));
+void refuse_to_replace(const std::string& out, bool force, std::initializer_list<const char*> endings,
+                       const std::string& option) {
+  if (force) return;
+  std::vector<std::filesystem::path> files{out};
+  for (const char* ending : endings) files.push_back(std::filesystem::path(out).replace_extension(ending));
+  for (const std::filesystem::path& file : files) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored)) continue;
+    throw InputError(fmt::format("{} {}: the file exists; choose another name, or set --force to replace the file",
+                                 option, file.string()));
+  }
 }
 
 std::filesystem::path path_below(const std::string& path, const std::string& folder) {

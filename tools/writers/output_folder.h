@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <initializer_list>
 #include <string>
 
 namespace lodestone {
@@ -17,8 +18,10 @@ void make_folder_of(const std::filesystem::path& file);
 /// As made_folder, and deletes the content: results of an earlier call must not mix with new ones.
 std::filesystem::path emptied_folder(const std::filesystem::path& folder);
 
-/// Throws InputError if a file that --out names exists and the user did not allow to replace it.
-void refuse_to_replace(const std::string& out, bool force);
+/// Throws InputError if a file that `option` names exists, or a file beside it with one of these endings, and the user
+/// did not allow to replace it.
+void refuse_to_replace(const std::string& out, bool force, std::initializer_list<const char*> endings = {},
+                       const std::string& option = "--out");
 
 /// `path` relative to `folder`; "." if both are equal, empty if `path` is not below `folder`. Neither needs to exist.
 std::filesystem::path path_below(const std::string& path, const std::string& folder);

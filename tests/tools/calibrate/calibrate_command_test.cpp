@@ -190,7 +190,12 @@ TEST_F(CalibrateInAChangedFieldCommand, SaysThatTheMapIsStaleAndLeavesTheMagneto
   EXPECT_EQ(static_cast<std::size_t>(std::count(places.begin(), places.end(), '\n')),
             json["field_change"]["places"].get<std::size_t>() + 1);
   // Without a map, this file does not exist.
-  ASSERT_EQ(run_lodestone(call("--set max_moments=100 --out " + out.string())).code, 0);
+  const std::string again = call("--set max_moments=100 --out " + out.string());
+  expect_refused(again, "--out " + out.string() + ": the file exists; choose another name, or set --force");
+  const std::string other = call("--set max_moments=100 --out " + (out.parent_path() / "other.yaml").string());
+  expect_refused(other, "calibration.json: the file exists");
+  EXPECT_EQ(content_of(out.parent_path() / "field_change.csv"), places);
+  ASSERT_EQ(run_lodestone(again + " --force").code, 0);
   EXPECT_FALSE(std::filesystem::exists(out.parent_path() / "field_change.csv"));
 }
 

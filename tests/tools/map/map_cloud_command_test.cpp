@@ -132,6 +132,16 @@ TEST_F(MapCloudCommand, GapsOfTheTrajectoryAreSkippedAndNamed) {
   EXPECT_LT(points_of("gap.pcd").size(), points_of("map.pcd").size());
 }
 
+TEST_F(MapCloudCommand, AnExistingFileIsReplacedWithForceOnly) {
+  const std::string out = path("existing.pcd");
+  std::ofstream(out) << "mine";
+  const std::string call = "map cloud " + path("room/log.bag") + drive_options("room") + " --out " + out;
+  expect_refused(call, "--out " + out + ": the file exists; choose another name, or set --force to replace the file");
+  EXPECT_EQ(content_of(out), "mine");
+  expect_done(call + " --force");
+  EXPECT_EQ(content_of(out), content_of(path("map.pcd")));
+}
+
 TEST_F(MapCloudCommand, EachMistakeIsOneLine) {
   const std::string log = path("room/log.bag"), out = " --out " + path("refused.pcd");
   const std::string good = "map cloud " + log + drive_options("room");

@@ -90,6 +90,10 @@ TEST(MapCommand, RequiresNeitherLidarNorImuInThePlatformFile) {
     ASSERT_EQ(result.code, 0) << result.errors;
   }
   EXPECT_EQ(content_of(in + "of-platform.tif"), content_of(in + "of-bare.tif"));
+  const std::string call = "map magnetic " + in + "survey.bag --trajectory " + in + "survey.tum --platform " + in +
+                           "platform.yaml --out " + in;
+  expect_refused(call + "of-bare.yaml", "of-bare.yaml: the file exists; choose another name, or set --force");
+  expect_refused(call + "new.yaml --platform-out " + in + "bare.yaml", "--platform-out " + in + "bare.yaml: the file");
   expect_refused("run " + in + "survey.bag --platform " + in + "bare.yaml --cloud absent.pcd --out " + in + "run",
                  "the key 'lidar' is missing");
 }

@@ -31,7 +31,7 @@ TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
   EXPECT_THAT(content_of(out), HasSubstr("unit_of_table: \"tesla\""));
   EXPECT_TRUE(std::filesystem::exists(folder / "new/field.png"));
 
-  result = run_lodestone("map import " + table + " --out " + out + " --unit telsa");
+  result = run_lodestone("map import " + table + " --out " + out + " --force --unit telsa");
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("--unit: expected one of tesla, microtesla, nanotesla, gauss, milligauss, found "
                                        "'telsa'; did you mean 'tesla'?"));
@@ -54,9 +54,12 @@ TEST(MapImportCommand, SaysThatPositionsWereTakenForMetres) {
       HasSubstr("warning: map.metres (1 times): positions are read as metres: 200 m along x and 200 m along y"));
   EXPECT_THAT(result.output, HasSubstr("name the columns x_m, y_m and z_m"));
   std::ofstream(table) << "x_m,y_m,z_m,Bx,By,Bz\n" << rows;
-  result = run_lodestone(call);
+  expect_refused(call, "--out " + (folder / "field.yaml").string() + ": the file exists; choose another name");
+  result = run_lodestone(call + " --force");
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, Not(HasSubstr("map.metres")));
+  std::filesystem::remove(folder / "field.yaml");
+  expect_refused(call, "field.tif: the file exists");
 }
 
 }  // namespace

@@ -62,6 +62,9 @@ TEST(MapTruthCommand, EachMistakeIsOneLineAndCodeTwo) {
   expect(run_lodestone("map truth " + world_file + " --like " + like + " --out " + like), "overwrite");
   expect(run_lodestone("map truth " + world_file + " --like " + like + " --out " + (folder / "t.txt").string()),
          ".yaml");
+  write_map((folder / "other.yaml").string());
+  expect(run_lodestone("map truth " + world_file + " --like " + like + " --out " + (folder / "other.yaml").string()),
+         "other.yaml: the file exists; choose another name, or set --force");
   expect(run_lodestone("map truth " + world_file + " --scene monday --like " + like + " --out " +
                        (folder / "t.yaml").string()),
          "monday");
