@@ -77,6 +77,13 @@ std::string expected_value(const CLI::Option& option) {
   return is_whole ? "a whole number" : is_number ? "a number" : "one value";
 }
 
+/// How often the option is on the command line, if each time it has as many values as it expects.
+std::size_t times_given(const CLI::App& command, const CLI::Option& option) {
+  const std::vector<CLI::Option*>& order = command.parse_order();
+  const auto words = static_cast<std::size_t>(std::count(order.begin(), order.end(), &option));
+  return std::min(words, option.results().size() / static_cast<std::size_t>(std::max(1, option.get_expected_min())));
+}
+
 /// One line about an option's value: what was expected and what was found.
 std::string value_error(const CLI::App& command, const CLI::Error& error) {
   const std::string text = error.what();
@@ -92,6 +99,10 @@ std::string value_error(const CLI::App& command, const CLI::Error& error) {
     return fmt::format("{}expected {}, found '{}'", prefix, expected_value(**found), fmt::join(values, ","));
   }
   if (error.get_name() == "ArgumentMismatch") {
+    if (const std::size_t times = times_given(command, **found); times > 1) {
+      return fmt::format("{}given {} ({}); expected once", prefix,
+                         times == 2 ? "twice" : std::to_string(times) + " times", join_names(values));
+    }
     return prefix + "expected " + expected_value(**found) + ", found " +
            (values.empty() ? "none" : fmt::format("{}: {}", values.size(), join_names(values)));
   }

@@ -36,7 +36,12 @@ TEST(Program, AWrongValueStatesWhatIsExpected) {
   expect_refused("check a.bag --origin 1,2", "--origin: expected 3 numbers, found 2: 1, 2 (see");
   expect_refused("check a.bag --origin 1,2,x", "--origin: expected 3 numbers, found '1,2,x' (see");
   expect_refused("check a.bag --seconds", "--seconds: expected a number, found none (see");
-  expect_refused("check a.bag --out b --out c", "--out: expected one value, found 2: b, c (see");
+  expect_refused("check a.bag --out b --out c", "--out: given twice (b, c); expected once (see");
+  expect_refused("check a.bag --seconds 1 --seconds 2 --seconds=3",
+                 "--seconds: given 3 times (1, 2, 3); expected once");
+  expect_refused("check a.bag --origin 1,2,3 --origin 4,5,6",
+                 "--origin: given twice (1, 2, 3, 4, 5, 6); expected once");
+  expect_refused("check a.bag --origin 1,2,3,4,5,6", "--origin: expected 3 numbers, found 6: 1, 2, 3, 4, 5, 6 (see");
   expect_refused("run a.bag --refine bach",
                  "--refine: expected one of none, batch, found 'bach'; did you mean 'batch'? (see");
 }
