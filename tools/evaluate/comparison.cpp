@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <map>
 
 #include "core/angles.h"
@@ -19,13 +18,6 @@
 namespace lodestone {
 
 namespace {
-
-const std::vector<std::string> kRelations{"translation", "angle", "heading", "rpe", "rpe-angle"};
-
-void require_one_of(const std::string& option, const std::string& value, const std::vector<std::string>& names) {
-  if (std::find(names.begin(), names.end(), value) != names.end()) return;
-  throw InputError(option + ": " + options_detail::unknown_name(value, names));
-}
 
 std::vector<double> in_degrees(std::vector<double> radians) {
   for (double& value : radians) value *= degrees_per_radian;
@@ -114,10 +106,14 @@ void write_errors(const std::string& path, const PosePairs& pairs) {
 
 }  // namespace
 
+const std::vector<std::string>& relation_names() {
+  static const std::vector<std::string> names{"translation", "angle", "heading", "rpe", "rpe-angle"};
+  return names;
+}
+
 Comparison compare(const ComparisonCall& call) {
   Comparison result;
   result.alignment = enumerator_of<Alignment>("--align", call.align);
-  require_one_of("--delta-unit", call.delta_unit, {"frames", "metres"});
   const bool whole = call.delta_unit == "metres" || call.delta == static_cast<double>(static_cast<long>(call.delta));
   if (!(call.delta > 0.0) || !whole) {
     throw InputError(fmt::format("--delta: expected {}, found {}",
@@ -127,7 +123,6 @@ Comparison compare(const ComparisonCall& call) {
   if (!(call.max_difference_s >= 0.0)) {
     throw InputError(fmt::format("--max-difference: expected seconds, at least 0, found {}", call.max_difference_s));
   }
-  for (const std::string& name : call.relations) require_one_of("--relation", name, kRelations);
   if (!call.covariance.empty() && result.alignment != Alignment::none) {
     throw InputError("--covariance: NEES requires poses without alignment; omit --align");
   }
@@ -153,7 +148,7 @@ Comparison compare(const ComparisonCall& call) {
   result.truth_poses = truth.size();
   result.pairs = pairs.size();
   result.similarity = *similarity;
-  for (const std::string& name : call.relations.empty() ? kRelations : call.relations) {
+  for (const std::string& name : call.relations.empty() ? relation_names() : call.relations) {
     throw_if_interrupted();
     RelationErrors relation = measure(name, call, pairs);
     if (!relation.errors.empty()) {

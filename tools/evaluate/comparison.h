@@ -42,7 +42,10 @@ struct Comparison {
   std::optional<Consistency> consistency;
 };
 
-/// Reads the files and compares. Throws InputError if a file is unusable, a name is misspelt, no stamps match, or the
+/// Kinds of errors, for ComparisonCall::relations.
+const std::vector<std::string>& relation_names();
+
+/// Reads the files and compares. Names are known ones. Throws InputError if a file is unusable, no stamps match, or the
 /// alignment is undetermined.
 Comparison compare(const ComparisonCall& call);
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "frontends/configuration/options.h"
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/evaluate/comparison.h"
@@ -32,14 +33,15 @@ void add_evaluate_command(CLI::App& app) {
       ->required();
   files.input(command->add_option("--times", call->times,
                                   "times of the poses of a KITTI file, one stamp in seconds in each line"));
-  command->add_option("--align", call->align, "none|se3|sim3|origin: alignment of the estimate with the ground truth")
+  command->add_option("--align", call->align, "alignment of the estimate with the ground truth")
+      ->check(CLI::IsMember(options_detail::names_of(Alignment{})))
       ->capture_default_str();
-  command
-      ->add_option("--relation", call->relations,
-                   "translation|angle|heading|rpe|rpe-angle, several with commas (default: all)")
-      ->delimiter(',');
+  command->add_option("--relation", call->relations, "errors, several with commas (default: all)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(relation_names()));
   command->add_option("--delta", call->delta, "length of a segment for rpe")->capture_default_str();
-  command->add_option("--delta-unit", call->delta_unit, "frames|metres (metres: a segment begins at every pose)")
+  command->add_option("--delta-unit", call->delta_unit, "unit of --delta (metres: a segment begins at every pose)")
+      ->check(CLI::IsMember({"frames", "metres"}))
       ->capture_default_str();
   command->add_flag("--all-pairs", call->all_pairs,
                     "with frames: a segment begins at every pose; default: consecutive segments");

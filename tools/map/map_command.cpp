@@ -284,8 +284,10 @@ void add_map_magnetic(CLI::App& parent) {
                                    "the platform file to write for this robot, with the offsets of its magnetometers "
                                    "as a part of their hard iron, and that of their clock"));
   command->add_flag("--force", call->force, "replace the files if they exist");
-  command->add_option("--method", call->method,
-                      "s-gpr: each component separately (default); curl-free: one potential for all three");
+  command
+      ->add_option("--method", call->method,
+                   "s-gpr: each component separately (default); curl-free: one potential for all three")
+      ->check(CLI::IsMember(options_detail::names_of(FieldMethod{})));
   command->add_option("--resolution", call->resolution_m, "spacing of the map's nodes, metres (default 0.1)");
   command->add_option("--max-sigma-ut", call->max_sigma_ut,
                       "nodes with larger sigma have no field (default: 0.71 of the signal sigma, and the offsets)");

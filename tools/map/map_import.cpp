@@ -96,10 +96,10 @@ void add_map_import(CLI::App& map) {
               CommandFiles::with_endings({".tif", ".png"}))
       ->required();
   command->add_flag("--force", call->force, "replace the files if they exist");
-  command->add_option(
-      "--unit", call->unit,
-      "unit of the field: tesla, microtesla, nanotesla, gauss, milligauss (default: from the header, or detected "
-      "from the field's magnitude)");
+  command
+      ->add_option("--unit", call->unit,
+                   "unit of the field (default: from the header, or detected from the field's magnitude)")
+      ->check(CLI::IsMember(options_detail::names_of(FieldUnit{})));
   command->add_option("--height", call->height_m, "z of the map, metres, if the table has no z");
   command
       ->add_option("--sigma-ut", call->sigma_ut,

@@ -50,6 +50,12 @@ TEST_F(ManualCommand, CompletesCommandsOptionsValuesAndFiles) {
   EXPECT_EQ(completed("lodestone run a.bag --initial-pose-f", 3), "--initial-pose-from\n");
   EXPECT_EQ(completed("lodestone run a.bag --refine b", 4), "batch\n");
   EXPECT_EQ(completed("lodestone run a.bag --estimator ies", 4), "ieskf\n");
+  EXPECT_EQ(completed("lodestone evaluate a.tum b.tum --align s", 5), "se3 sim3\n");
+  EXPECT_EQ(completed("lodestone evaluate a.tum b.tum --relation angle,rpe-", 5), "angle,rpe-angle\n");
+  EXPECT_EQ(completed("lodestone evaluate a.tum b.tum --delta-unit f", 5), "frames\n");
+  EXPECT_EQ(completed("lodestone map magnetic a.bag --method c", 5), "curl-free\n");
+  EXPECT_EQ(completed("lodestone map import a.csv --unit g", 5), "gauss\n");
+  EXPECT_EQ(completed("lodestone simulate a.yaml --reality f", 4), "field\n");
   EXPECT_EQ(completed("lodestone run a.bag --estimator smoother,magnetic-p", 4), "smoother,magnetic-particle\n");
   EXPECT_EQ(completed("lodestone run lodestone.b", 2), "lodestone.bash\n");
   EXPECT_EQ(completed("lodestone check --initial-pose-from x --platf", 4), "--platform\n");
