@@ -1,5 +1,7 @@
 #include "frontends/logs/open_log.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -127,22 +129,35 @@ Source open_file(const std::string& path, WarningLog& warnings) {
   refuse(path, "is not a log");
 }
 
-/// Files of a folder that are logs by content, in order of name.
-std::vector<std::string> logs_in(const fs::path& folder) {
-  std::vector<std::string> files;
+/// Files of a folder that are logs by content, in order of name. Warns of files that have only the name of a log: a
+/// part of the recording may be lost.
+std::vector<std::string> logs_in(const fs::path& folder, WarningLog& warnings) {
+  std::vector<std::string> files, others;
   for (const auto& entry : fs::directory_iterator(folder)) {
     std::error_code broken;  // a broken or circular link
-    if (entry.is_regular_file(broken) && kind_of_file(entry.path().string()) != FileKind::other)
+    if (!entry.is_regular_file(broken)) continue;
+    const std::string ending = entry.path().extension().string();
+    if (kind_of_file(entry.path().string()) != FileKind::other) {
       files.push_back(entry.path().string());
+    } else if (ending == ".bag" || ending == ".mcap" || ending == ".db3") {
+      others.push_back(entry.path().string());
+    }
   }
   std::sort(files.begin(), files.end());
+  std::sort(others.begin(), others.end());
+  for (const std::string& file : others) {
+    warnings.add("log.file_passed_over",
+                 fmt::format("{}: has the name of a log, but is none ({} bytes); it is ignored; copy it again", file,
+                             FileBytes(file).size()),
+                 0);
+  }
   return files;
 }
 
 Source open_folder(const fs::path& folder, WarningLog& warnings) {
   const fs::path metadata = folder / "metadata.yaml";
   const bool listed = fs::exists(metadata);
-  const std::vector<std::string> files = listed ? bag_files(metadata.string()) : logs_in(folder);
+  const std::vector<std::string> files = listed ? bag_files(metadata.string()) : logs_in(folder, warnings);
   if (files.empty() && CsvLog::is_in(folder.string())) return std::make_unique<CsvLog>(folder.string(), warnings);
   if (files.empty()) {
     throw InputError(folder.string() + ": the folder has no log: no bag, no MCAP file, no CSV file");

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <map>
 
+#include "frontends/logs/ros1/bag_writer.h"
 #include "frontends/logs/ros2/sqlite_handle.h"
 #include "tests/frontends/logs/decoded_log.h"
 #include "tests/frontends/logs/test_files.h"
@@ -232,6 +233,23 @@ TEST(Cdr, PointsOfALivoxAreUnpacked) {
     const std::vector<std::uint8_t> tail(packed.end() - 57, packed.end());
     EXPECT_EQ(tail, std::vector<std::uint8_t>(livox.data, livox.data + 57));
   }
+}
+
+TEST(OpenLog, WarnsOfAFileWithOnlyTheNameOfALog) {
+  const TemporaryFolder folder;
+  ros1::BagWriter writer(folder / "a.bag", Codec::none);
+  ros1::MagneticFieldMessage message;
+  message.stamp = 1'000'000'000;
+  writer.write("/field", message.stamp, message);
+  writer.close();
+  WarningLog whole, part;
+  open_log(folder.path().string(), whole);
+  EXPECT_TRUE(whole.entries().empty());
+  testing::write_text(folder / "b.bag", "");
+  EXPECT_EQ(open_log(folder.path().string(), part)->topics().size(), 1U);
+  ASSERT_EQ(part.entries().count("log.file_passed_over"), 1U);
+  EXPECT_THAT(part.entries().at("log.file_passed_over").first_detail,
+              HasSubstr("b.bag: has the name of a log, but is none (0 bytes)"));
 }
 
 TEST(OpenLog, SaysWhatIsNoLog) {
