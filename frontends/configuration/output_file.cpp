@@ -12,8 +12,12 @@
 
 namespace lodestone {
 
-OutputFile::OutputFile(std::filesystem::path path)
-    : path_(std::move(path)), aside_(aside_name(path_.string())), file_(std::fopen(aside_.c_str(), "wb")) {
+OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)), aside_(aside_name(path_.string())) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path_, ignored)) {
+    throw InputError(path_.string() + ": is a folder; expected the name of a file");
+  }
+  file_ = std::fopen(aside_.c_str(), "wb");
   if (file_ == nullptr) {
     throw InputError(
         fmt::format("{}: cannot be written: {}; choose another path", path_.string(), std::strerror(errno)));

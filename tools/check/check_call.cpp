@@ -37,7 +37,9 @@ void check_call(const CheckCall& call) {
   if (!call.initial_pose.empty() && call.initial_pose != "auto") parse_initial_pose(call.initial_pose);
   if (call.initial_pose == "auto" && call.cloud.empty())
     throw InputError("--initial-pose auto: requires --cloud; add it");
-  if (!call.out.empty()) check_folder(std::filesystem::absolute(call.out).parent_path());
+  if (call.out.empty()) return;
+  refuse_folder(call.out);
+  check_folder(std::filesystem::absolute(call.out).parent_path());
 }
 
 /// The sensors that a run with these maps reads. Without maps: all sensors of the platform file.

@@ -48,8 +48,15 @@ std::filesystem::path emptied_folder(const std::filesystem::path& folder) {
   return made_folder(folder);
 }
 
+void refuse_folder(const std::string& out, const std::string& option) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(out, ignored)) return;
+  throw InputError(fmt::format("{} {}: is a folder; expected the name of a file", option, out));
+}
+
 void refuse_to_replace(const std::string& out, bool force, std::initializer_list<const char*> endings,
                        const std::string& option) {
+  refuse_folder(out, option);
   if (force) return;
   std::vector<std::filesystem::path> files{out};
   for (const char* ending : endings) files.push_back(std::filesystem::path(out).replace_extension(ending));

@@ -18,8 +18,11 @@ void make_folder_of(const std::filesystem::path& file);
 /// As made_folder, and deletes the content: results of an earlier call must not mix with new ones.
 std::filesystem::path emptied_folder(const std::filesystem::path& folder);
 
-/// Throws InputError if a file that `option` names exists, or a file beside it with one of these endings, and the user
-/// did not allow to replace it.
+/// Throws InputError if `option` names a folder, where a file will be written.
+void refuse_folder(const std::string& out, const std::string& option = "--out");
+
+/// The same, and throws InputError if a file that `option` names exists, or a file beside it with one of these endings,
+/// and the user did not allow to replace it.
 void refuse_to_replace(const std::string& out, bool force, std::initializer_list<const char*> endings = {},
                        const std::string& option = "--out");
 

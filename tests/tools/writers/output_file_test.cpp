@@ -28,6 +28,17 @@ TEST(OutputFile, AppearsOnlyWhole) {
   EXPECT_THROW(OutputFile(folder / "nowhere/a.txt"), InputError);
 }
 
+TEST(OutputFile, AFolderIsRefusedBeforeTheWork) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path().string();
+  EXPECT_THROW(OutputFile{folder.path()}, InputError);
+  EXPECT_THROW(refuse_to_replace(path, true), InputError);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  for (const std::string& call : {"check a.bag --out " + path, "convert a.bag --format bag --force --out " + path}) {
+    expect_refused(call, "--out " + path + ": is a folder; expected the name of a file");
+  }
+}
+
 // A limit on file sizes simulates a full disk.
 TEST(OutputFile, AfterAFailedWriteEachFurtherOneFailsAndNothingIsLeft) {
   const TemporaryFolder folder;
