@@ -115,11 +115,17 @@ ConfigurationNode ConfigurationNode::without(const std::string& key) const {
 }
 
 std::string ConfigurationNode::describe() const {
+  // The text of a whole table, where another file was expected.
+  constexpr std::size_t most = 80;
   switch (kind_) {
     case Kind::empty:
       return "nothing";
-    case Kind::scalar:
-      return "'" + scalar_ + "'";
+    case Kind::scalar: {
+      if (scalar_.size() <= most) return "'" + scalar_ + "'";
+      std::size_t size = most;
+      while (size > 0 && (static_cast<unsigned char>(scalar_[size]) & 0xC0U) == 0x80U) --size;  // within a UTF-8 letter
+      return "'" + scalar_.substr(0, size) + "...'";
+    }
     case Kind::sequence:
       return "a list of " + std::to_string(elements_.size());
     case Kind::map:

@@ -133,6 +133,10 @@ TEST(Options, SayWhatWasExpectedAndWhatCame) {
   EXPECT_THAT(option_error("inner:\n  shape: squar\n"),
               AllOf(HasSubstr("one of round, square"), HasSubstr("did you mean 'square'")));
   EXPECT_THAT(option_error("- 1\n"), HasSubstr("expected a map"));
+  const std::string table = option_error("count: 1" + std::string(1000, '2') + "\n");
+  EXPECT_THAT(table, HasSubstr("expected a whole number, found '12222"));
+  EXPECT_THAT(table, ::testing::EndsWith("222...'"));
+  EXPECT_LT(table.size(), 200U);
 }
 
 TEST(Options, NameTheFileWhereTheCheckRefusesAValue) {
