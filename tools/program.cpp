@@ -123,7 +123,8 @@ std::string call_error(const CLI::App& app, const CLI::Error& error) {
     for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
   }
   std::vector<std::string> commands;
-  for (const CLI::App* subcommand : command.app->get_subcommands([](const CLI::App*) { return true; })) {
+  const auto is_shown = [](const CLI::App* subcommand) { return !subcommand->get_group().empty(); };
+  for (const CLI::App* subcommand : command.app->get_subcommands(is_shown)) {
     commands.push_back(subcommand->get_name());
   }
   for (const std::string& word : command.app->remaining()) {
