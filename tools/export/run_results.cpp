@@ -71,6 +71,9 @@ EstimatorResults read_results(const fs::path& folder) {
 RunResults read_run_results(const fs::path& folder, const std::vector<std::string>& chosen) {
   const RunHeader header = read_run_header(folder);
   for (const std::string& name : chosen) {
+    if (std::count(chosen.begin(), chosen.end(), name) > 1) {
+      throw InputError(fmt::format("--estimator: '{}' is named twice", name));
+    }
     if (std::find(header.estimators.begin(), header.estimators.end(), name) != header.estimators.end()) continue;
     throw InputError(fmt::format("--estimator: {} has {}, found '{}'{}", folder.string(), join_names(header.estimators),
                                  name, suggestion(name, header.estimators)));

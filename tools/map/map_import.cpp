@@ -34,6 +34,9 @@ FieldImportOptions options_of(const MapImportCall& call) {
   if (!(call.sigma_ut > 0.0) || !std::isfinite(call.sigma_ut)) {
     throw InputError(fmt::format("--sigma-ut: expected microtesla above 0, found {}", call.sigma_ut));
   }
+  if (call.height_m && !std::isfinite(*call.height_m)) {
+    throw InputError(fmt::format("--height: expected metres, found {}", *call.height_m));
+  }
   if (!call.unit.empty()) options.unit = enumerator_of<FieldUnit>("--unit", call.unit);
   return options;
 }

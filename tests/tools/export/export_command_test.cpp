@@ -217,6 +217,7 @@ TEST_F(ExportCommand, RefusesInOneLine) {
   expect_refused("export " + path("absent") + " --to mcap", "there is no such folder");
   expect_refused("export " + path("site") + " --to mcap", "has no summary.json");
   expect_refused("export " + run + " --to mcap --estimator smother", "did you mean 'smoother'?");
+  expect_refused("export " + run + " --to mcap --estimator smoother,smoother", "'smoother' is named twice");
   expect_refused("export " + run + " --to kitti", "choose one of smoother, lidar-inertial with --estimator");
   expect_refused("export " + run + " --to kitti --log a.bag --estimator smoother", "has no scans");
   expect_refused("export " + run + " --to mcap --out " + path("run/summary.json"), "among the results of");

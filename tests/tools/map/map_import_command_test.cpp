@@ -36,6 +36,8 @@ TEST(MapImportCommand, WritesTheHousesFilesAndSaysWhatItTook) {
   EXPECT_THAT(result.errors, HasSubstr("--unit: expected one of tesla, microtesla, nanotesla, gauss, milligauss, found "
                                        "'telsa'; did you mean 'tesla'?"));
   EXPECT_EQ(run_lodestone("map import " + table + " --out field.tif").code, 2);
+  expect_refused("map import " + table + " --out " + out + " --force --height nan",
+                 "--height: expected metres, found nan");
   result = run_lodestone("map diff " + table + " " + out + " --out " + (folder / "d").string());
   EXPECT_EQ(result.code, 2);
   EXPECT_THAT(result.errors, HasSubstr("convert this table with `lodestone map import`"));
