@@ -10,6 +10,7 @@
 
 #include "core/imu/gap_noise.h"
 #include "core/parallel.h"
+#include "core/robust_weight.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/baselines/field_matching.h"
 #include "estimators/baselines/state_cloud.h"
@@ -25,8 +26,10 @@ namespace {
 constexpr std::size_t kMostComponents = 2000;
 constexpr std::size_t kMostParts = 3 * kMostComponents;  ///< before they are merged
 constexpr double kLeastWeight = 1e-6;                    ///< of the heaviest component's
-/// Components in one bin are merged.
-constexpr double kBin_m = 0.05, kBin_rad = 0.05, kBin_m_s = 0.1;
+/// Components in one bin are merged. Its sides in their sigmas: two equal normals that are no further apart have one
+/// peak (Schilling, Watkins and Watkins 2002).
+constexpr double kBinSigmas = 2.0;
+constexpr double kFaultProbability = 0.9999;  ///< that a magnetometer within its sigmas agrees with the array
 /// Offsets of real sensors are not normal: a few drift. Sigma of the prior over that of the platform file.
 constexpr double kOffsetSpread = 2.0;
 constexpr double kStudentDegrees = 4.0;  ///< Lange, Little and Taylor 1989
@@ -45,6 +48,11 @@ constexpr Eigen::Index kOffsets = tangent::size;
 
 using Vector1 = Eigen::Matrix<double, 1, 1>;
 
+/// The side of a bin for components with this variance: a power of two, so that alike components share their bins.
+double bin_side(double variance) {
+  return std::exp2(std::round(0.5 * std::log2(kBinSigmas * kBinSigmas * variance)));
+}
+
 bool heavier(const PlaceComponent& a, const PlaceComponent& b) {
   return a.log_weight > b.log_weight;
 }
@@ -53,16 +61,23 @@ bool heavier(const PlaceComponent& a, const PlaceComponent& b) {
 /// the bins' sides. `components` and the result: the heaviest first.
 std::vector<PlaceComponent> merged_in_bins(std::vector<PlaceComponent> components, double scale,
                                            std::size_t dimensions) {
-  using Bin = std::array<double, 7>;
+  using Bin = std::array<double, 10>;
   std::map<Bin, std::vector<PlaceComponent*>> bins;  // the heaviest first in each
   for (PlaceComponent& one : components) {
+    const auto variances = one.covariance.diagonal();
+    const double side_m = scale * bin_side(variances.segment<2>(tangent::position).mean());
+    const double side_m_s = scale * bin_side(variances.segment<2>(tangent::velocity).mean());
+    const double side_rad = scale * bin_side(variances[tangent::rotation + 2]);
     Bin bin{};
     for (std::size_t k = 0; k < dimensions; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
-      bin[k] = std::floor(one.state.T_map_imu.position[axis] / (scale * kBin_m));
-      bin[3 + k] = std::floor(one.state.velocity[axis] / (scale * kBin_m_s));
+      bin[k] = std::floor(one.state.T_map_imu.position[axis] / side_m);
+      bin[3 + k] = std::floor(one.state.velocity[axis] / side_m_s);
     }
-    bin[6] = std::floor(heading_rad(one.state.T_map_imu.rotation) / (scale * kBin_rad));
+    bin[6] = std::floor(heading_rad(one.state.T_map_imu.rotation) / side_rad);
+    bin[7] = side_m;
+    bin[8] = side_m_s;
+    bin[9] = side_rad;
     bins[bin].push_back(&one);
   }
   std::vector<const std::vector<PlaceComponent*>*> groups;
@@ -142,6 +157,8 @@ void PlaceMixture::process(const ScanBundle& bundle) {
     const std::vector<ArrayReading> arrays = average_array(bundle.magnetic, ScanMotion(heaviest, bundle.imu),
                                                            input_.suite, input_.options.magnetic.samples_per_reading);
     const double way_m = heaviest.velocity.norm() * to_seconds(bundle.imu.back().time - bundle.imu.front().time);
+    if (!has_readings_ && !arrays.empty()) doubt_offsets(arrays.front());
+    has_readings_ = has_readings_ || !arrays.empty();
     for (const ArrayReading& array : arrays) update(array, way_m / static_cast<double>(arrays.size()));
   }
   reduce();
@@ -222,6 +239,30 @@ void PlaceMixture::update_wheels(const ScanBundle& bundle) {
             0.5 * (std::log(innovation.determinant()) + predicted.value.dot(innovation.inverse() * predicted.value));
       },
       16);
+}
+
+/// Some magnetometers drift far beyond the sigma of the platform file, and Student's weights still move the pose by
+/// them. Before the first update, an offset that contradicts the middle of the array becomes as uncertain as it is
+/// apart from it, which a wrong pose hardly changes.
+void PlaceMixture::doubt_offsets(const ArrayReading& array) {
+  static const double gate = std::pow(mahalanobis_quantile(3, kFaultProbability), 2);
+  std::vector<ReadingFit> fits;
+  for (const MeanReading& reading : array.readings)
+    fits.push_back(fit_reading(reading, components_.front(), input_, background_));
+  Vector3 middle_ut;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const ReadingFit& fit : fits) values.push_back(fit.residual_ut[axis]);
+    std::sort(values.begin(), values.end());
+    middle_ut[axis] = 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+  }
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    const double apart_ut2 = (fits[i].residual_ut - middle_ut).squaredNorm();
+    const Eigen::Index offset = kOffsets + 3 * array.readings[i].magnetometer;
+    const double known_ut2 = components_.front().covariance(offset, offset) + fits[i].variance_ut2();
+    if (apart_ut2 < gate * known_ut2) continue;
+    for (PlaceComponent& one : components_) one.covariance.diagonal().segment<3>(offset).setConstant(apart_ut2);
+  }
 }
 
 /// The variance of single readings over that of their mean if errors of the map repeat

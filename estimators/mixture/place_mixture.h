@@ -38,6 +38,7 @@ class PlaceMixture {
   void split();
   void update_height(PlaceComponent& component) const;
   void update_wheels(const ScanBundle& bundle);
+  void doubt_offsets(const ArrayReading& array);
   void update(const ArrayReading& array, double spacing_m);
   double information_share(const ArrayReading& array, double spacing_m) const;
   void reduce();
@@ -50,6 +51,7 @@ class PlaceMixture {
   std::vector<PlaceComponent> components_;
   std::optional<Preintegration> increment_;
   double wheel_weight_ = -1.0;
+  bool has_readings_ = false;
 };
 
 }  // namespace lodestone

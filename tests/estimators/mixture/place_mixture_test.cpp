@@ -116,6 +116,20 @@ TEST(PlaceMixture, WithoutReadingsHasTheMomentsOfOneGaussian) {
     EXPECT_NEAR(found.covariance(i, i) / covariance(i, i), 1.0, 0.1) << i;  // light components are discarded
 }
 
+// The number of components is that of places two sigmas apart, however large the sigma that is split.
+TEST(PlaceMixture, PlacesWithinTwoSigmasBecomeOne) {
+  const StripedField stripes;
+  EstimatorInput input = stripes.input;
+  input.options.initial.position_sigma_m = 0.4;
+  input.options.initial.velocity_sigma_m_s = 0.01;
+  PlaceMixture mixture(input);
+  for (ScanBundle& bundle : stripes.drive(0.5, 1)) {
+    bundle.magnetic.clear();
+    mixture.process(bundle);
+  }
+  EXPECT_LT(mixture.components().size(), 600U);
+}
+
 TEST(PlaceMixture, SumOfWeightsIsOneAndTheHeaviestIsFirst) {
   const StripedField stripes;
   EstimatorInput input = stripes.input;
@@ -174,20 +188,28 @@ TEST(MagneticMixture, ChoosesPlacesWithLaterReadings) {
   }
 }
 
-// A magnetometer that has drifted by 12 µT since the survey.
+// A magnetometer that has drifted since the survey, also far beyond the sigma of its offset.
 TEST(MagneticMixture, EstimatesAnOffset) {
-  const StripedField stripes;
-  EstimatorInput input = stripes.input;
-  input.suite.calibration.magnetometers.offset_sigma_ut = 1.0;
-  PlaceMixture mixture(input);
-  for (ScanBundle& bundle : stripes.drive(8.0, 7)) {
-    for (MagneticArraySample& sample : bundle.magnetic) sample.field_ut[2]->z() += 12.0;
-    mixture.process(bundle);
+  for (const double offset_ut : {12.0, 45.0}) {
+    const StripedField stripes;
+    EstimatorInput input = stripes.input;
+    input.suite.calibration.magnetometers.offset_sigma_ut = 1.0;
+    PlaceMixture mixture(input);
+    double largest_m = 0.0;
+    for (ScanBundle& bundle : stripes.drive(8.0, 7)) {
+      for (MagneticArraySample& sample : bundle.magnetic) sample.field_ut[2]->z() += offset_ut;
+      mixture.process(bundle);
+      const Vector3 error =
+          mixture.components().front().state.T_map_imu.position - StripedField::truth(bundle.scan.end).position;
+      largest_m = std::max(largest_m, error.head<2>().norm());
+    }
+    const PlaceComponent& heaviest = mixture.components().front();
+    EXPECT_LT((heaviest.state.T_map_imu.position - StripedField::truth(from_seconds(8.0)).position).head<2>().norm(),
+              0.05)
+        << offset_ut;
+    EXPECT_NEAR(heaviest.offsets_ut[8], offset_ut, 2.0);
+    EXPECT_LT(largest_m, 0.05) << offset_ut;
   }
-  const PlaceComponent& heaviest = mixture.components().front();
-  EXPECT_LT((heaviest.state.T_map_imu.position - StripedField::truth(from_seconds(8.0)).position).head<2>().norm(),
-            0.05);
-  EXPECT_NEAR(heaviest.offsets_ut[8], 12.0, 2.0);
 }
 
 }  // namespace
