@@ -10,7 +10,6 @@
 
 #include "core/imu/gap_noise.h"
 #include "core/parallel.h"
-#include "core/robust_weight.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/baselines/field_matching.h"
 #include "estimators/baselines/state_cloud.h"
@@ -29,7 +28,6 @@ constexpr double kLeastWeight = 1e-6;                    ///< of the heaviest co
 /// Components in one bin are merged. Its sides in their sigmas: two equal normals that are no further apart have one
 /// peak (Schilling, Watkins and Watkins 2002).
 constexpr double kBinSigmas = 2.0;
-constexpr double kFaultProbability = 0.9999;  ///< that a magnetometer within its sigmas agrees with the array
 /// Offsets of real sensors are not normal: a few drift. Sigma of the prior over that of the platform file.
 constexpr double kOffsetSpread = 2.0;
 constexpr double kStudentDegrees = 4.0;  ///< Lange, Little and Taylor 1989
@@ -242,10 +240,9 @@ void PlaceMixture::update_wheels(const ScanBundle& bundle) {
 }
 
 /// Some magnetometers drift far beyond the sigma of the platform file, and Student's weights still move the pose by
-/// them. Before the first update, an offset that contradicts the middle of the array becomes as uncertain as it is
-/// apart from it, which a wrong pose hardly changes.
+/// them. Before the first update, an offset becomes as uncertain as its magnetometer is apart from the middle of the
+/// array, if the sigmas let expect less. A wrong pose hardly changes this difference.
 void PlaceMixture::doubt_offsets(const ArrayReading& array) {
-  static const double gate = std::pow(mahalanobis_quantile(3, kFaultProbability), 2);
   std::vector<ReadingFit> fits;
   for (const MeanReading& reading : array.readings)
     fits.push_back(fit_reading(reading, components_.front(), input_, background_));
@@ -260,7 +257,7 @@ void PlaceMixture::doubt_offsets(const ArrayReading& array) {
     const double apart_ut2 = (fits[i].residual_ut - middle_ut).squaredNorm();
     const Eigen::Index offset = kOffsets + 3 * array.readings[i].magnetometer;
     const double known_ut2 = components_.front().covariance(offset, offset) + fits[i].variance_ut2();
-    if (apart_ut2 < gate * known_ut2) continue;
+    if (apart_ut2 < 3.0 * known_ut2) continue;  // the expectation, of three axes
     for (PlaceComponent& one : components_) one.covariance.diagonal().segment<3>(offset).setConstant(apart_ut2);
   }
 }

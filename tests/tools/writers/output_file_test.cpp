@@ -34,7 +34,11 @@ TEST(OutputFile, AFolderIsRefusedBeforeTheWork) {
   EXPECT_THROW(OutputFile{folder.path()}, InputError);
   EXPECT_THROW(refuse_to_replace(path, true), InputError);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-  for (const std::string& call : {"check a.bag --out " + path, "convert a.bag --format bag --force --out " + path}) {
+  const TemporaryFolder logs;
+  const std::string log = (logs / "a.bag").string();
+  std::ofstream(log) << "a log that is not read";
+  for (const std::string& call :
+       {"check " + log + " --out " + path, "convert " + log + " --format bag --force --out " + path}) {
     expect_refused(call, "--out " + path + ": is a folder; expected the name of a file");
   }
 }
