@@ -46,9 +46,11 @@ constexpr Eigen::Index kOffsets = tangent::size;
 
 using Vector1 = Eigen::Matrix<double, 1, 1>;
 
-/// The side of a bin for components with this variance: a power of two, so that alike components share their bins.
+/// The side of a bin for components with this variance: a power of two, so that alike components share their bins. A
+/// variance that rounding made zero or negative has a side, too: the bins' order requires numbers.
 double bin_side(double variance) {
-  return std::exp2(std::round(0.5 * std::log2(kBinSigmas * kBinSigmas * variance)));
+  constexpr double least = 1e-12;
+  return std::exp2(std::round(0.5 * std::log2(kBinSigmas * kBinSigmas * std::max(least, variance))));
 }
 
 bool heavier(const PlaceComponent& a, const PlaceComponent& b) {

@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "core/geometry/pose_spacing.h"
-#include "core/middle_value.h"
 #include "core/nearest_name.h"
 #include "frontends/configuration/trajectory_file.h"
 #include "tools/command_files.h"

@@ -67,6 +67,20 @@ class PlatformDraftTest : public ::testing::Test {
  protected:
   void write(const SyntheticLog& log, const std::string& name) { log.write(folder_ / name); }
 
+  /// A log with one message of one byte, which is too short for its type.
+  void write_undecodable(const std::string& log, const std::string& topic, const std::string& type,
+                         const std::string& md5, const std::string& definition) {
+    TopicInfo info;
+    info.name = topic;
+    info.type = type;
+    info.md5 = md5;
+    info.definition = definition;
+    ros1::BagWriter writer(folder_ / log, Codec::none);
+    const std::uint8_t byte = 0;
+    writer.write(info, {1'700'000'000'000'000'000, 0, &byte, 1});
+    writer.close();
+  }
+
   CommentedPlatform draft(const std::vector<std::string>& names) {
     std::vector<std::string> logs;
     for (const std::string& name : names) logs.push_back(folder_ / name);
@@ -316,15 +330,8 @@ TEST_F(PlatformDraftTest, PacketsOfALidarAreRefusedWithTheTopics) {
   SyntheticLog blind = noisy_robot();
   blind.lidar = false;
   write(blind, "log.bag");
-  TopicInfo packets;
-  packets.name = "/velodyne_packets";
-  packets.type = "velodyne_msgs/VelodyneScan";
-  packets.md5 = std::string(32, '0');
-  packets.definition = "uint8 data";
-  ros1::BagWriter writer(folder_ / "packets.bag", Codec::none);
-  const std::uint8_t byte = 0;
-  writer.write(packets, {1'700'000'000'000'000'000, 0, &byte, 1});
-  writer.close();
+  write_undecodable("packets.bag", "/velodyne_packets", "velodyne_msgs/VelodyneScan", std::string(32, '0'),
+                    "uint8 data");
   EXPECT_THAT(testing::message_of<InputError>([&]() {
                 draft({"log.bag", "packets.bag"});
               }),
@@ -334,15 +341,8 @@ TEST_F(PlatformDraftTest, PacketsOfALidarAreRefusedWithTheTopics) {
 }
 
 TEST_F(PlatformDraftTest, MagnetometersThatCannotBeReadAreNamedWithTheReason) {
-  TopicInfo broken;
-  broken.name = "/magnetometer_2/field";
-  broken.type = "sensor_msgs/MagneticField";
-  broken.md5 = "2f3b0b43eed0c9501de0fa3ff89a45aa";
-  broken.definition = "Header header";
-  ros1::BagWriter writer(folder_ / "broken.bag", Codec::none);
-  const std::uint8_t byte = 0;
-  writer.write(broken, {1'700'000'000'000'000'000, 0, &byte, 1});
-  writer.close();
+  write_undecodable("broken.bag", "/magnetometer_2/field", "sensor_msgs/MagneticField",
+                    "2f3b0b43eed0c9501de0fa3ff89a45aa", "Header header");
   write(noisy_robot(), "log.bag");
   const CommentedPlatform some = draft({"log.bag", "broken.bag"});
   expect_robot(loaded(some));
@@ -375,15 +375,8 @@ TEST_F(PlatformDraftTest, ALogWithoutALidarOrAnImuIsRefusedWithItsTopics) {
   write(floating, "log.bag");
   EXPECT_THAT(testing::message_of<InputError>([&]() { draft({"log.bag"}); }),
               AllOf(HasSubstr("there is no topic of an IMU"), HasSubstr("/ouster/points (sensor_msgs/PointCloud2, ")));
-  TopicInfo broken;
-  broken.name = "/imu/broken";
-  broken.type = "sensor_msgs/Imu";
-  broken.md5 = "6a62c6daae103f4ff57a132d6f95cec2";
-  broken.definition = "Header header";
-  ros1::BagWriter writer(folder_ / "broken.bag", Codec::none);
-  const std::uint8_t byte = 0;
-  writer.write(broken, {1'700'000'000'000'000'000, 0, &byte, 1});
-  writer.close();
+  write_undecodable("broken.bag", "/imu/broken", "sensor_msgs/Imu", "6a62c6daae103f4ff57a132d6f95cec2",
+                    "Header header");
   EXPECT_THAT(testing::message_of<InputError>([&]() {
                 draft({"log.bag", "broken.bag"});
               }),
