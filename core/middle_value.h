@@ -23,4 +23,10 @@ Number value_at_share(std::vector<Number>& values, double share) {
   return *nth;
 }
 
+/// The median; of an even number of values the mean of the middle two. Requires at least one value.
+inline double median(std::vector<double> values) {
+  const double upper = middle_value(values);
+  return 0.5 * (value_at_share(values, 0.5) + upper);
+}
+
 }  // namespace lodestone

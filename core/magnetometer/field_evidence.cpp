@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/log_mixture.h"
+#include "core/middle_value.h"
 
 namespace lodestone {
 
@@ -22,6 +23,34 @@ double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covari
   const double log_root = factor.matrixLLT().diagonal().array().log().sum();
   return -0.5 * white.squaredNorm() - log_root -
          0.5 * std::log(2.0 * std::numbers::pi) * static_cast<double>(residual.size());
+}
+
+/// Variance of each magnetometer's own error (µT², per component). A drifted one has the variance that its distance
+/// from the middle of the array shows, if that is more than its sigmas and the field's variation across the array
+/// explain.
+Eigen::VectorXd own_variances(const ArrayReading& array, const SensorSuite& suite, double field_sigma_ut) {
+  const auto count = static_cast<Eigen::Index>(array.readings.size());
+  Eigen::MatrixX3d measured(count, 3);
+  Eigen::MatrixX3d positions_m(count, 3);
+  Eigen::VectorXd result(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const MeanReading& reading = array.readings[static_cast<std::size_t>(i)];
+    measured.row(i) = (reading.T_end_mag.rotation * reading.measured_ut).transpose();
+    positions_m.row(i) = reading.T_end_mag.position.transpose();
+    result[i] = sensor_variance_ut2(reading, suite);
+  }
+  Eigen::RowVector3d middle_ut;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto values = measured.col(axis);
+    middle_ut[axis] = median(std::vector<double>(values.begin(), values.end()));
+  }
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double from_center_m = (positions_m.row(i) - positions_m.colwise().mean()).norm();
+    const double by_field =
+        2.0 * field_sigma_ut * field_sigma_ut * (1.0 - std::exp(-from_center_m / kBackgroundCorrelation_m));
+    result[i] = std::max(result[i], (measured.row(i) - middle_ut).squaredNorm() / 3.0 - by_field);
+  }
+  return result;
 }
 
 /// Sums over the components. Their errors are independent, so one covariance matrix serves all three.
@@ -59,13 +88,12 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
   if (count == 0) return result;
   Eigen::MatrixX3d residuals(count, 3);
   Eigen::MatrixX3d background_residuals(count, 3);
-  Eigen::VectorXd noise(count);
+  const Eigen::VectorXd noise = own_variances(array, suite, background.sigma_ut);
   Eigen::VectorXd sigma(count);
   double squares = 0.0;
   for (Eigen::Index i = 0; i < count; ++i) {
     const MeanReading& reading = array.readings[static_cast<std::size_t>(i)];
     const Vector3 measured = (T_map_imu.rotation * reading.T_end_mag.rotation) * reading.measured_ut;  // map axes
-    noise[i] = sensor_variance_ut2(reading, suite);
     background_residuals.row(i) = (measured - background.mean_ut).transpose();
     const auto field = map.query(T_map_imu * reading.T_end_mag.position, FieldInterpolation::bilinear);
     if (field) {

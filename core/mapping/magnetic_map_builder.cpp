@@ -61,7 +61,28 @@ double height_sigma(const std::vector<FieldObservation>& readings, double layer_
   return std::sqrt(variance_m2 / count + std::pow(mean_m / count, 2));
 }
 
-FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const MagneticMapOptions& options) {
+/// One layer where the survey keeps its height to a quarter of a length scale. Else layers at most half a length scale
+/// apart, between which the field is nearly linear, from below the lowest cell to above the highest.
+std::vector<double> layer_heights(const std::vector<FieldCell>& cells, const std::vector<FieldObservation>& readings,
+                                  const FieldKernels& kernels) {
+  constexpr double kMostLayers = 40.0;
+  const double layer_m = mean_height(cells);
+  const double length_m = std::min({kernels[0].length_scale_m, kernels[1].length_scale_m, kernels[2].length_scale_m});
+  if (height_sigma(readings, layer_m) <= 0.25 * length_m) return {layer_m};
+  const auto lower = [](const FieldCell& a, const FieldCell& b) { return a.position.z() < b.position.z(); };
+  const auto [low, high] = std::minmax_element(cells.begin(), cells.end(), lower);
+  const double range_m = high->position.z() - low->position.z();
+  const double steps = std::ceil(range_m / (0.5 * length_m));
+  if (!(range_m > 0.0) || steps + 2.0 > kMostLayers) return {layer_m};
+  std::vector<double> heights_m;
+  for (double step = -0.5; step < steps + 1.0; step += 1.0) {
+    heights_m.push_back(1e-3 * std::round(1e3 * (low->position.z() + step * range_m / steps)));
+  }
+  return heights_m;
+}
+
+FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const MagneticMapOptions& options,
+                    std::vector<double> heights_m) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector2d high = -low;
   for (const FieldCell& cell : cells) {
@@ -71,7 +92,7 @@ FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const Mag
   const Eigen::Array2d first = ((low.array() - reach) / options.resolution_m).floor();
   const Eigen::Array2d count = ((high.array() + reach) / options.resolution_m).ceil() - first + 1.0;
   FieldGrid grid;
-  grid.heights_m = options.heights_m.empty() ? std::vector<double>{mean_height(cells)} : options.heights_m;
+  grid.heights_m = std::move(heights_m);
   if (!(count.prod() * static_cast<double>(grid.heights_m.size()) < 2e8)) {
     throw InputError("magnetic map: the survey spans " + std::to_string((high - low).x()) + " by " +
                      std::to_string((high - low).y()) + " m; the map would be too large for nodes every " +
@@ -208,7 +229,9 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readin
   const auto [found, fit] = fit_survey(readings, options, progress);
   const std::vector<FieldCell> cells = thin_survey(without_errors(readings, found), fit.cell_m);
   const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
-  const FieldGrid grid = grid_over(cells, regression->reach_m(), options);
+  const FieldGrid grid =
+      grid_over(cells, regression->reach_m(), options,
+                options.heights_m.empty() ? layer_heights(cells, readings, fit.kernels) : options.heights_m);
 
   // Row by row from below: then memory contains only a few rows of the regression's windows.
   // The next drive has offsets of this size, too. They do not make a node's field less known.

@@ -12,8 +12,9 @@ namespace lodestone {
 
 struct MagneticMapOptions {
   FieldMethod method = FieldMethod::sliding_gpr;
-  double resolution_m = 0.1;      ///< spacing of the map's nodes
-  std::vector<double> heights_m;  ///< map z of the layers; empty: one, at the survey's mean sensor height
+  double resolution_m = 0.1;  ///< spacing of the map's nodes
+  /// Map z of the layers. Empty: one at the survey's mean sensor height; several where the survey's height varies.
+  std::vector<double> heights_m;
   double max_sigma_ut = 0.0;      ///< nodes with larger σ have no field; 0: 0.71 of the signal sigma, and the offsets
   double tile_m = 6.4;            ///< side of the file's tiles, rounded to a multiple of 16 nodes
   double held_out_block_m = 6.0;  ///< every tenth block of way is held out as a test; 0: no test
@@ -28,7 +29,8 @@ struct MagneticMapOptions {
     visitor.field("method", method,
                   "s-gpr (each component separately) or curl-free (one potential for all components)");
     visitor.field("resolution_m", resolution_m, "spacing of the map's nodes");
-    visitor.field("heights_m", heights_m, "map z of the layers; empty: one at the survey's mean sensor height");
+    visitor.field("heights_m", heights_m,
+                  "map z of the layers; empty: one at the survey's mean sensor height, several if its height varies");
     visitor.field("max_sigma_ut", max_sigma_ut,
                   "nodes with larger sigma have no field; 0: 0.71 of the signal sigma, and the offsets");
     visitor.field("tile_m", tile_m, "side of the image's tiles, rounded to a multiple of 16 nodes");

@@ -62,6 +62,7 @@ double HealthMonitor::DeadReckoning::sigma_m(double acceleration_m_s2) const {
 HealthMonitor::HealthMonitor(const EstimatorInput& input, Reckoning reckoning)
     : judge_(input),
       has_scans_(input.planes != nullptr),
+      by_field_(input.planes == nullptr && input.field != nullptr),
       reckoning_(reckoning),
       initial_velocity_m_s_(input.options.initial.velocity_sigma_m_s),
       tilt_m_s2_(input.suite.gravity_m_s2 * input.suite.calibration.lidar.rotation_sigma_deg * degree) {}
@@ -85,6 +86,7 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   const bool scan_contradicts = add_scan(evidence, step_s);
   const bool readings_contradict = add_readings(evidence, causal, step_s);
   confirm(evidence, bundle, causal, step_s);
+  if (by_field_ && readings_fit(evidence)) return_to_map();
   motion_.add(causal);
   const Verdict by_motion = judge_motion();
   if (scan_contradicts || readings_contradict || by_motion.health != Health::good) {
@@ -98,6 +100,10 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   const Verdict by_covariance = judge_covariance(causal);
   const bool is_finite = by_covariance.reason != HealthReason::not_finite;
   const Verdict verdict = is_finite ? worse(by_evidence, by_covariance) : by_covariance;
+  if (by_field_ && verdict.health == Health::lost && !astray_) {
+    astray_ = true;
+    stations_.clear();
+  }
   causal.health = verdict.health;
   causal.reason = verdict.reason;
 }
@@ -123,7 +129,8 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const bool claims_too_much = claimed_m < kLeastClaim * sigma_m;
   const bool lost = claims_too_much && sigma_m > kLostSigma_m;
   if (lost && has_scans_) astray_ = true;
-  if (unconfirmed_s_ == 0.0) astray_ = false;
+  if (has_scans_ && unconfirmed_s_ == 0.0) astray_ = false;
+  if (astray_ && !lost) astray_times_.push_back(causal.time);
   if (lost || astray_) return {Health::lost, HealthReason::unobserved};
   if (claims_too_much && sigma_m > kUncertain_m) return {Health::uncertain, HealthReason::unobserved};
   return {};
@@ -228,11 +235,25 @@ void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bun
     reckoned_.add(step_s, bundle);
     return;
   }
-  if (evidence.field_readings == 0 || !(evidence.field_odds > 0.0)) return;
-  if (std::ssize(stations_) < kContradicting || !(sum_of_odds() > -kFieldContradicts * kStations * kNothingFits))
-    return;
+  if (!readings_fit(evidence)) return;
   unconfirmed_s_ = 0.0;
   reckoned_ = {};
+}
+
+bool HealthMonitor::readings_fit(const PlaceEvidence& evidence) const {
+  return evidence.field_readings > 0 && evidence.field_odds > 0.0 && std::ssize(stations_) >= kContradicting &&
+         sum_of_odds() > -kFieldContradicts * kStations * kNothingFits;
+}
+
+/// Without scans, an estimate that was lost stays so until the readings of several stations fit. Those since it was
+/// lost are then judged by their covariance, which is known better once they are refined.
+void HealthMonitor::return_to_map() {
+  astray_ = false;
+  for (const Time time : astray_times_) {
+    const auto found = verdicts_.find(time);
+    if (found != verdicts_.end() && found->second.reason == HealthReason::unobserved) verdicts_.erase(found);
+  }
+  astray_times_.clear();
 }
 
 bool HealthMonitor::is_confirmed() const {

@@ -9,6 +9,7 @@
 #include <map>
 
 #include "core/imu/gap_noise.h"
+#include "core/middle_value.h"
 #include "core/parallel.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/baselines/field_matching.h"
@@ -252,8 +253,7 @@ void PlaceMixture::doubt_offsets(const ArrayReading& array) {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const ReadingFit& fit : fits) values.push_back(fit.residual_ut[axis]);
-    std::sort(values.begin(), values.end());
-    middle_ut[axis] = 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+    middle_ut[axis] = median(std::move(values));
   }
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const double apart_ut2 = (fits[i].residual_ut - middle_ut).squaredNorm();

@@ -176,4 +176,10 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
   return MagneticMap(grid, std::make_shared<RasterNodes>(std::move(file)), max_sigma, max_bytes, errors);
 }
 
+std::string heights_text(const FieldGrid& grid) {
+  const std::vector<double>& heights_m = grid.heights_m;
+  if (heights_m.size() == 1) return fmt::format("at {:.3f} m height", heights_m.front());
+  return fmt::format("{} layers from {:.3f} to {:.3f} m height", heights_m.size(), heights_m.front(), heights_m.back());
+}
+
 }  // namespace lodestone

@@ -40,4 +40,7 @@ MagneticMap read_magnetic_map(const std::string& yaml_path, std::size_t max_byte
 /// The image file named by the map's YAML. Throws InputError if the YAML cannot be read or names no image.
 std::string image_of_magnetic_map(const std::string& yaml_path);
 
+/// "at 0.600 m height" or "8 layers from 0.000 to 1.050 m height".
+std::string heights_text(const FieldGrid& grid);
+
 }  // namespace lodestone

@@ -220,9 +220,9 @@ void map_magnetic(const MapMagneticCall& call) {
   const Stopwatch building;
   const MagneticMapResult result = build_survey_map(call, survey, duration, options);
   const FieldGrid& grid = result.map.grid();
-  fmt::print("{}: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, at {:.3f} m height; {:.1f} s\n",
+  fmt::print("{}: {} cells of {:.2f} m; {} nodes with field of {} x {} every {:g} m, {}; {:.1f} s\n",
              method_name(options), result.cells, result.fit.cell_m, result.nodes, grid.columns, grid.rows,
-             grid.resolution_m, grid.heights_m.front(), building.elapsed_s());
+             grid.resolution_m, heights_text(grid), building.elapsed_s());
   fmt::print("{}", kernels_table(result.fit));
   const std::string drive = drive_error_text(result.fit.drive);
   fmt::print("error between drives: {}\n", drive.empty() ? "none found beyond the noise" : drive);

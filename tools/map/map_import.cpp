@@ -48,12 +48,8 @@ void map_import(const MapImportCall& call) {
   throw_if_interrupted();
   const FieldGrid& grid = field.map.grid();
   const std::string unit = options_detail::write_value(field.unit);
-  const std::string heights = grid.heights_m.size() == 1
-                                  ? fmt::format("at {:.3f} m height", grid.heights_m.front())
-                                  : fmt::format("{} layers from {:.3f} to {:.3f} m height", grid.heights_m.size(),
-                                                grid.heights_m.front(), grid.heights_m.back());
   fmt::print("{}: {} nodes with field of {} x {} every {:.4g} m, {}\n", call.table, field.nodes, grid.columns,
-             grid.rows, grid.resolution_m, heights);
+             grid.rows, grid.resolution_m, heights_text(grid));
   if (field.metres_in_doubt) {
     fmt::print(
         "warning: map.metres (1 times): positions are read as metres: {:g} m along x and {:g} m along y. If they "

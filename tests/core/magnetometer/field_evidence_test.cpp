@@ -90,6 +90,20 @@ TEST_F(FieldEvidenceOfAnArray, OffsetsThatThePlatformFileAllowsDoNotSpeakAgainst
   EXPECT_LT(mean_odds(0.0), -1.0);
 }
 
+/// The others tell the place. Before, the odds were those of a map that has changed.
+TEST_F(FieldEvidenceOfAnArray, AMagnetometerThatHasDriftedSaysLittle) {
+  suite_.calibration = exact_calibration();
+  const Pose truth{Quaternion(Eigen::AngleAxisd(0.4, Vector3::UnitZ())), {5.0, 4.0, 0.0}};
+  const Pose off_map{truth.rotation, {100.0, 0.0, 0.0}};
+  const double of_all = evidence(read(truth), truth) - evidence(read(truth), off_map);
+  for (const Vector3& drift_ut : {Vector3(40.0, 0.0, 0.0), Vector3(-8.0, 10.0, 4.0)}) {
+    ArrayReading array = read(truth);
+    array.readings[1].measured_ut += drift_ut;
+    EXPECT_GT(evidence(array, truth) - evidence(array, off_map), 0.5 * of_all) << drift_ut.transpose();
+    EXPECT_LT(evidence(array, {truth.rotation, {8.0, 6.0, 0.0}}), evidence(array, off_map)) << drift_ut.transpose();
+  }
+}
+
 TEST_F(FieldEvidenceOfAnArray, OfAMapThatHasChangedIsBoundedByTheShareOfStaleMap) {
   const Pose truth{Quaternion::Identity(), {5.0, 4.0, 0.0}};
   ArrayReading array = read(truth);

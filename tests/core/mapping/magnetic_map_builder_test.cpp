@@ -208,6 +208,39 @@ TEST(MagneticMapBuilderTest, KnowsHowMuchTheArraysHeightVariesAboutTheLayer) {
   EXPECT_LT(build_magnetic_map(survey, options).map.errors().height_sigma_m, 0.0);
 }
 
+// A survey by hand, or over a ramp. One layer would describe the field at none of these heights.
+TEST(MagneticMapBuilderTest, HasLayersWhereTheSurveysHeightVaries) {
+  std::vector<FieldObservation> survey = dipole_survey(0.1);
+  std::mt19937_64 generator(7);
+  std::normal_distribution<double> noise(0.0, 0.1);
+  for (FieldObservation& observation : survey) {
+    observation.position.z() = 0.4 + 0.2 * std::sin(0.7 * observation.position.x() + 9.0 * observation.position.y());
+    const double x = noise(generator), y = noise(generator), z = noise(generator);
+    observation.field_ut = dipoles(observation.position) + Vector3(x, y, z);
+  }
+  const auto rms_on_track = [&](const MagneticMapOptions& options) {
+    const MagneticMap map = build_magnetic_map(survey, options).map;
+    double squares = 0.0, count = 0.0;
+    for (std::size_t i = 0; i < survey.size(); i += 7) {
+      Vector3 place = survey[i].position;
+      if (map.grid().heights_m.size() == 1) place.z() = map.grid().heights_m.front();
+      const auto field = map.query(place, FieldInterpolation::bilinear);
+      if (!field) continue;
+      squares += (field->field_ut - dipoles(survey[i].position)).squaredNorm() / 3.0;
+      count += 1.0;
+    }
+    EXPECT_GT(count, 0.9 * static_cast<double>(survey.size()) / 7.0);
+    return std::sqrt(squares / count);
+  };
+  const MagneticMap map = build_magnetic_map(survey, {}).map;
+  EXPECT_GT(map.grid().heights_m.size(), 2U);
+  EXPECT_LT(map.grid().heights_m.front(), 0.21);
+  EXPECT_GT(map.grid().heights_m.back(), 0.59);
+  MagneticMapOptions one_layer;
+  one_layer.heights_m = {0.4};
+  EXPECT_LT(rms_on_track({}), 0.5 * rms_on_track(one_layer));
+}
+
 TEST(MagneticMapBuilderTest, RefusesAGridTooLarge) {
   auto observations = dipole_survey(1.0);
   observations.back().position.x() = 1e6;

@@ -157,5 +157,31 @@ TEST(MonitorOfField, ReadingsTellThePlaceThatDeadReckoningLost) {
   }
 }
 
+/// Without a cloud map, a covariance that becomes small does not end a loss: the readings of some metres must fit. Then
+/// refined estimates of these metres are good, too.
+TEST(MonitorOfField, AnEstimateWithoutScansIsLostUntilReadingsFit) {
+  for (const bool fits : {true, false}) {
+    EstimatorInput input = drive_of_nine_metres().room.input;
+    input.planes = nullptr;
+    if (!fits) input.field = moved_field(*input.field, {1.0, 0.0});
+    HealthMonitor monitor(input, Reckoning::learned_imu);
+    std::vector<Health> causal;
+    std::vector<Estimate> estimates;
+    for (const ScanBundle& bundle : drive_of_nine_metres().bundles) {
+      Estimate estimate = true_estimate(bundle);
+      if (causal.empty()) estimate.covariance *= 1e6;
+      estimate.diagnostics.correspondences = 0;
+      estimate.diagnostics.magnetic_samples = 4;
+      estimate.diagnostics.magnetic_weight = 1.0;
+      monitor.judge(bundle, estimate);
+      causal.push_back(estimate.health);
+      estimates.push_back(estimate);
+    }
+    EXPECT_EQ(causal[causal.size() / 4], Health::lost);
+    EXPECT_EQ(causal.back(), fits ? Health::good : Health::lost);
+    EXPECT_EQ(monitor.judge_refined(estimates[estimates.size() / 4]).health, fits ? Health::good : Health::lost);
+  }
+}
+
 }  // namespace
 }  // namespace lodestone
