@@ -35,7 +35,7 @@ constexpr double kLeastReal = 0.01;  // least share of the information that is n
 
 /// Of a pose that a scan does not observe, and of a displacement that mostly errors of normals show.
 constexpr double kUnknownTurn_rad = 0.1;  // sigma
-constexpr double kUnknown_m2 = 1.0;       // variance of a position
+constexpr double kUnknown_m2 = kUnknownPlace_m * kUnknownPlace_m;
 
 struct Region {
   Matrix6x3 coupling = Matrix6x3::Zero();

@@ -20,6 +20,10 @@ LongMapError sum_of_parts(const std::array<Matrix6, kMapErrorParts>& covariances
 /// L of a pose's covariance L Lᵀ. Invertible: sigmas of at least a micrometre and a microradian.
 Matrix6 pose_error_root(const Matrix6& covariance);
 
+/// Sigma of a position, along a direction that a scan does not observe, with which the fit begins. A place that is
+/// known worse must not be fitted.
+inline constexpr double kUnknownPlace_m = 1.0;
+
 /// What a scan tells of the pose in a map that is displaced.
 struct BentMapFit {
   /// The scan's points, displaced as the map is, and such that their least squares, seen through `seen_share`, gives
@@ -39,7 +43,7 @@ struct BentMapFit {
 
 /// Estimates the pose by generalized least squares: together with the map's displacement around the robot, whose parts
 /// have `variances_m2`. What is near, and what is displaced as the place is, counts more than what is far away.
-/// `T_map_imu`: near the pose. Source: docs/design/069-bent-maps.md.
+/// `T_map_imu`: near the pose, to kUnknownPlace_m. Source: docs/design/069-bent-maps.md.
 BentMapFit fit_in_bent_map(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
                            const MapErrorVariances& variances_m2);
 

@@ -101,7 +101,10 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     MapErrorVariances variances_m2 = keyframe.long_map_error_variances_m2;
     // Where gates are wide and nothing is known of this map, one moved object nearby would outweigh all that is far
     // away.
-    const bool bent = keyframe.map_is_compared && variances_m2.sum() > kBent_m * kBent_m;
+    // In a corridor without features, the fit of a place that is known to ten metres made the estimate unstable.
+    const double place_m2 = keyframe.gate_covariance.diagonal().tail<3>().maxCoeff();
+    const bool bent = keyframe.map_is_compared && variances_m2.sum() > kBent_m * kBent_m &&
+                      place_m2 < kUnknownPlace_m * kUnknownPlace_m;
     Matrix6 near = Matrix6::Zero();
     LongMapError far;
     if (bent && options.smoother.solver.map_error_states) {
