@@ -16,6 +16,7 @@ constexpr double kLeastMapSigma_ut = 0.5;
 constexpr double kBackgroundCorrelation_m = 0.5;
 constexpr double kMapCorrelation_m = 0.3;    // errors of the magnetic map are one over this distance
 constexpr double kRegisteredSigma_m = 0.03;  // of a candidate once it is registered
+constexpr double kDrifted = 16.3;            // χ² of three components, probability 0.999
 
 double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covariance) {
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
@@ -25,9 +26,9 @@ double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covari
          0.5 * std::log(2.0 * std::numbers::pi) * static_cast<double>(residual.size());
 }
 
-/// Variance of each magnetometer's own error (µT², per component). A drifted one has the variance that its distance
-/// from the middle of the array shows, if that is more than its sigmas and the field's variation across the array
-/// explain.
+/// Variance of each magnetometer's own error (µT², per component). Of three or more, one that is further from their
+/// middle than its sigmas and the field's change across the array explain has drifted: it has the variance that this
+/// distance shows.
 Eigen::VectorXd own_variances(const ArrayReading& array, const SensorSuite& suite, double field_sigma_ut) {
   const auto count = static_cast<Eigen::Index>(array.readings.size());
   Eigen::MatrixX3d measured(count, 3);
@@ -39,6 +40,7 @@ Eigen::VectorXd own_variances(const ArrayReading& array, const SensorSuite& suit
     positions_m.row(i) = reading.T_end_mag.position.transpose();
     result[i] = sensor_variance_ut2(reading, suite);
   }
+  if (count < 3) return result;
   Eigen::RowVector3d middle_ut;
   for (int axis = 0; axis < 3; ++axis) {
     const auto values = measured.col(axis);
@@ -48,7 +50,8 @@ Eigen::VectorXd own_variances(const ArrayReading& array, const SensorSuite& suit
     const double from_center_m = (positions_m.row(i) - positions_m.colwise().mean()).norm();
     const double by_field =
         2.0 * field_sigma_ut * field_sigma_ut * (1.0 - std::exp(-from_center_m / kBackgroundCorrelation_m));
-    result[i] = std::max(result[i], (measured.row(i) - middle_ut).squaredNorm() / 3.0 - by_field);
+    const double apart_ut2 = (measured.row(i) - middle_ut).squaredNorm();
+    if (apart_ut2 > kDrifted * (result[i] + by_field)) result[i] = apart_ut2 / 3.0;
   }
   return result;
 }

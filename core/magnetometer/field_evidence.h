@@ -26,11 +26,11 @@ struct FieldEvidence {
 };
 
 /// The likelihood of one array's readings at `T_map_imu` (the pose at the reading's T_end_mag reference). The readings
-/// are jointly normal. Each has the error of its own magnetometer (sensor_variance_ut2). The map's errors are
-/// correlated over 0.3 m across the array and increase with the field's gradient times 3 cm. A reading off the map has
-/// the distribution of the background, so that poses on and off the map are comparable. With probability kStaleShare
-/// the map has changed here, and all readings are from the background; this limits the evidence of a stale map against
-/// the right place.
+/// are jointly normal. Each has the error of its own magnetometer: sensor_variance_ut2, or more if it has drifted from
+/// the others. The map's errors are correlated over 0.3 m across the array and increase with the field's gradient times
+/// 3 cm. A reading off the map has the distribution of the background, so that poses on and off the map are comparable.
+/// With probability kStaleShare the map has changed here, and all readings are from the background; this limits the
+/// evidence of a stale map against the right place.
 FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, const SensorSuite& suite,
                              const MagneticMap& map, const FieldBackground& background);
 

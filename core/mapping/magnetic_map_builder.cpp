@@ -21,6 +21,7 @@ namespace {
 constexpr std::size_t waiting_points = 5000;
 /// Default limit of σ over the signal's: the survey explains half of the signal's variance.
 constexpr double kMostOfSignal = 0.7071;
+constexpr double kMostNodes = 2e8;
 /// Cache for tiles of the finished map.
 constexpr std::size_t cache_bytes = 16U << 20U;
 
@@ -61,19 +62,26 @@ double height_sigma(const std::vector<FieldObservation>& readings, double layer_
   return std::sqrt(variance_m2 / count + std::pow(mean_m / count, 2));
 }
 
-/// One layer where the survey keeps its height to a quarter of a length scale. Else layers at most half a length scale
+/// Distance over which a component changes with height, the shortest of the three.
+double vertical_length_m(const FieldKernelFit& fit) {
+  // A component is a slope of the potential, and the field's slope is sqrt(3) times as steep as the potential's.
+  if (fit.potential) return fit.potential->vertical_length_scale_m / std::sqrt(3.0);
+  return std::min({fit.kernels[0].length_scale_m, fit.kernels[1].length_scale_m, fit.kernels[2].length_scale_m});
+}
+
+/// One layer where the survey keeps its height, as a robot on a floor does. Else layers at most half a length scale
 /// apart, between which the field is nearly linear, from below the lowest cell to above the highest.
 std::vector<double> layer_heights(const std::vector<FieldCell>& cells, const std::vector<FieldObservation>& readings,
-                                  const FieldKernels& kernels) {
+                                  const FieldKernelFit& fit) {
   constexpr double kMostLayers = 40.0;
   const double layer_m = mean_height(cells);
-  const double length_m = std::min({kernels[0].length_scale_m, kernels[1].length_scale_m, kernels[2].length_scale_m});
-  if (height_sigma(readings, layer_m) <= 0.25 * length_m) return {layer_m};
+  const double length_m = vertical_length_m(fit);
+  if (!(height_sigma(readings, layer_m) > std::max(kUnevenSurvey_m, 0.25 * length_m))) return {layer_m};
   const auto lower = [](const FieldCell& a, const FieldCell& b) { return a.position.z() < b.position.z(); };
   const auto [low, high] = std::minmax_element(cells.begin(), cells.end(), lower);
   const double range_m = high->position.z() - low->position.z();
   const double steps = std::ceil(range_m / (0.5 * length_m));
-  if (!(range_m > 0.0) || steps + 2.0 > kMostLayers) return {layer_m};
+  if (steps + 2.0 > kMostLayers) return {layer_m};
   std::vector<double> heights_m;
   for (double step = -0.5; step < steps + 1.0; step += 1.0) {
     heights_m.push_back(1e-3 * std::round(1e3 * (low->position.z() + step * range_m / steps)));
@@ -93,7 +101,10 @@ FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const Mag
   const Eigen::Array2d count = ((high.array() + reach) / options.resolution_m).ceil() - first + 1.0;
   FieldGrid grid;
   grid.heights_m = std::move(heights_m);
-  if (!(count.prod() * static_cast<double>(grid.heights_m.size()) < 2e8)) {
+  if (options.heights_m.empty() && !(count.prod() * static_cast<double>(grid.heights_m.size()) < kMostNodes)) {
+    grid.heights_m = {mean_height(cells)};
+  }
+  if (!(count.prod() * static_cast<double>(grid.heights_m.size()) < kMostNodes)) {
     throw InputError("magnetic map: the survey spans " + std::to_string((high - low).x()) + " by " +
                      std::to_string((high - low).y()) + " m; the map would be too large for nodes every " +
                      std::to_string(options.resolution_m) + " m. Check the trajectory or set a larger --resolution");
@@ -229,9 +240,8 @@ MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readin
   const auto [found, fit] = fit_survey(readings, options, progress);
   const std::vector<FieldCell> cells = thin_survey(without_errors(readings, found), fit.cell_m);
   const std::unique_ptr<const WindowedRegression> regression = make_regression(cells, fit, options.regression);
-  const FieldGrid grid =
-      grid_over(cells, regression->reach_m(), options,
-                options.heights_m.empty() ? layer_heights(cells, readings, fit.kernels) : options.heights_m);
+  const FieldGrid grid = grid_over(cells, regression->reach_m(), options,
+                                   options.heights_m.empty() ? layer_heights(cells, readings, fit) : options.heights_m);
 
   // Row by row from below: then memory contains only a few rows of the regression's windows.
   // The next drive has offsets of this size, too. They do not make a node's field less known.

@@ -10,6 +10,9 @@
 
 namespace lodestone {
 
+/// Sigma of a survey's height up to which it is that of a robot on one floor.
+inline constexpr double kUnevenSurvey_m = 0.1;
+
 struct MagneticMapOptions {
   FieldMethod method = FieldMethod::sliding_gpr;
   double resolution_m = 0.1;  ///< spacing of the map's nodes

@@ -86,7 +86,7 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   const bool scan_contradicts = add_scan(evidence, step_s);
   const bool readings_contradict = add_readings(evidence, causal, step_s);
   confirm(evidence, bundle, causal, step_s);
-  if (by_field_ && readings_fit(evidence)) return_to_map();
+  if (awaits_readings_ && readings_fit(evidence)) end_loss();
   motion_.add(causal);
   const Verdict by_motion = judge_motion();
   if (scan_contradicts || readings_contradict || by_motion.health != Health::good) {
@@ -94,14 +94,18 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   } else {
     contradicting_.clear();
   }
-  const Verdict by_evidence = worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
+  Verdict by_evidence = worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
   record(causal.time, by_evidence);
+  if (awaits_readings_ && by_evidence.health != Health::lost) {
+    awaiting_[causal.time] = by_evidence;
+    by_evidence = verdicts_[causal.time] = {Health::lost, HealthReason::unobserved};
+  }
   // What is wrong says more than what is unknown: the former's estimator is stopped.
   const Verdict by_covariance = judge_covariance(causal);
   const bool is_finite = by_covariance.reason != HealthReason::not_finite;
   const Verdict verdict = is_finite ? worse(by_evidence, by_covariance) : by_covariance;
-  if (by_field_ && verdict.health == Health::lost && !astray_) {
-    astray_ = true;
+  if (by_field_ && verdict.health == Health::lost && !awaits_readings_) {
+    awaits_readings_ = true;
     stations_.clear();
   }
   causal.health = verdict.health;
@@ -129,8 +133,7 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   const bool claims_too_much = claimed_m < kLeastClaim * sigma_m;
   const bool lost = claims_too_much && sigma_m > kLostSigma_m;
   if (lost && has_scans_) astray_ = true;
-  if (has_scans_ && unconfirmed_s_ == 0.0) astray_ = false;
-  if (astray_ && !lost) astray_times_.push_back(causal.time);
+  if (unconfirmed_s_ == 0.0) astray_ = false;
   if (lost || astray_) return {Health::lost, HealthReason::unobserved};
   if (claims_too_much && sigma_m > kUncertain_m) return {Health::uncertain, HealthReason::unobserved};
   return {};
@@ -166,6 +169,8 @@ void HealthMonitor::restart() {
   observed_s_ = 0.0;
   learned_s_ = 0.0;
   astray_ = false;
+  awaits_readings_ = false;
+  awaiting_.clear();
   unconfirmed_s_ = kNeverConfirmed_s;
   last_ = 0;
 }
@@ -212,8 +217,10 @@ bool HealthMonitor::add_readings(const PlaceEvidence& evidence, const Estimate& 
 bool HealthMonitor::is_next_station(const PlaceEvidence& evidence, const Estimate& causal) const {
   if (stations_.empty()) return true;
   const Station& newest = stations_.back();
-  if (!((causal.state.T_map_imu.position - newest.position).norm() < kStation_m)) return true;
-  return to_seconds(causal.time - newest.time) >= kStation_s && !is_confirmed() &&
+  const bool waited = to_seconds(causal.time - newest.time) >= kStation_s;
+  // The place of a lost estimate may jump while the robot stands.
+  if (!((causal.state.T_map_imu.position - newest.position).norm() < kStation_m)) return waited || !awaits_readings_;
+  return waited && !is_confirmed() &&
          (evidence.field_ut - newest.field_ut).norm() > kOtherField * evidence.field_spread_ut;
 }
 
@@ -245,15 +252,18 @@ bool HealthMonitor::readings_fit(const PlaceEvidence& evidence) const {
          sum_of_odds() > -kFieldContradicts * kStations * kNothingFits;
 }
 
-/// Without scans, an estimate that was lost stays so until the readings of several stations fit. Those since it was
-/// lost are then judged by their covariance, which is known better once they are refined.
-void HealthMonitor::return_to_map() {
-  astray_ = false;
-  for (const Time time : astray_times_) {
-    const auto found = verdicts_.find(time);
-    if (found != verdicts_.end() && found->second.reason == HealthReason::unobserved) verdicts_.erase(found);
+/// On a field map alone, an estimate that was lost stays so until the readings of several stations fit. Those since it
+/// was lost then get their own verdicts, for estimates that are refined later.
+void HealthMonitor::end_loss() {
+  awaits_readings_ = false;
+  for (const auto& [time, verdict] : awaiting_) {
+    if (verdict.health == Health::good) {
+      verdicts_.erase(time);
+    } else {
+      verdicts_[time] = verdict;
+    }
   }
-  astray_times_.clear();
+  awaiting_.clear();
 }
 
 bool HealthMonitor::is_confirmed() const {

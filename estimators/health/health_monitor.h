@@ -65,7 +65,7 @@ class HealthMonitor {
   bool stations_contradict() const;
   void confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal, double step_s);
   bool readings_fit(const PlaceEvidence& evidence) const;
-  void return_to_map();
+  void end_loss();
   double sum_of_odds() const;
   double unknown_acceleration_m_s2() const;
   double unobserved_m() const;
@@ -92,21 +92,22 @@ class HealthMonitor {
 
   PlaceJudge judge_;
   bool has_scans_;  // that are compared with a cloud map
-  bool by_field_;   // readings alone tell the place
+  bool by_field_;   // there is a field map alone
   Reckoning reckoning_;
   double initial_velocity_m_s_;  // one sigma
   double tilt_m_s2_;             // gravity's part along the axes of a LiDAR mounted as the platform file says
   MotionCheck motion_;
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
-  double field_weight_ = 1.0;                 // Huber weight of readings, mean over seconds
-  double field_alone_ = 0.0;                  // share of these seconds in which they alone observe a direction
-  double odds_decide_ = 0.0;                  // share of these seconds in which the odds of readings decide
-  DeadReckoning unobserved_;                  // since all directions were last observed
-  double observed_s_ = 0.0;                   // since one was last unobserved
-  double learned_s_ = 0.0;                    // observed, in all
-  bool astray_ = false;                       // lost: what is observed since then may be another place
-  std::vector<Time> astray_times_;            // judged lost for that reason alone
+  double field_weight_ = 1.0;         // Huber weight of readings, mean over seconds
+  double field_alone_ = 0.0;          // share of these seconds in which they alone observe a direction
+  double odds_decide_ = 0.0;          // share of these seconds in which the odds of readings decide
+  DeadReckoning unobserved_;          // since all directions were last observed
+  double observed_s_ = 0.0;           // since one was last unobserved
+  double learned_s_ = 0.0;            // observed, in all
+  bool astray_ = false;               // lost by dead reckoning: what is observed since then may be another place
+  bool awaits_readings_ = false;      // lost on a field map alone
+  std::map<Time, Verdict> awaiting_;  // since then: verdicts without this rule
   double unconfirmed_s_ = kNeverConfirmed_s;  // since readings of several stations last fitted the estimate
   DeadReckoning reckoned_;                    // of these, without scans that observe every direction and fit
   Time last_ = 0;

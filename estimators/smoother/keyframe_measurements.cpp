@@ -1,5 +1,6 @@
 #include "estimators/smoother/keyframe_measurements.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -102,9 +103,10 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     // Where gates are wide and nothing is known of this map, one moved object nearby would outweigh all that is far
     // away.
     // In a corridor without features, the fit of a place that is known to ten metres made the estimate unstable.
-    const double place_m2 = keyframe.gate_covariance.diagonal().tail<3>().maxCoeff();
+    const Eigen::SelfAdjointEigenSolver<Matrix3> place(keyframe.gate_covariance.bottomRightCorner<3, 3>(),
+                                                       Eigen::EigenvaluesOnly);
     const bool bent = keyframe.map_is_compared && variances_m2.sum() > kBent_m * kBent_m &&
-                      place_m2 < kUnknownPlace_m * kUnknownPlace_m;
+                      place.eigenvalues()[2] < kUnknownPlace_m * kUnknownPlace_m;
     Matrix6 near = Matrix6::Zero();
     LongMapError far;
     if (bent && options.smoother.solver.map_error_states) {

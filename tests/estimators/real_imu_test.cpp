@@ -114,14 +114,14 @@ class RealImu : public ::testing::Test {
   testing::Drive fly(const Vector3& beyond_m, int scans) {
     std::mt19937_64 generator(2);
     std::normal_distribution<double> normal;
-    Vector3 low = flight_->at(flight_->begin()).position, high = low;
+    Vector3 low = flight_->poses().front().position, high = low;
     for (const Pose& pose : flight_->poses()) {
       low = low.cwiseMin(pose.position);
       high = high.cwiseMax(pose.position);
     }
     const Hall hall{low - beyond_m, high + beyond_m};
     const Time begin = flight_->begin() + from_seconds(1.0);
-    const Pose level = flight_->at(flight_->begin());
+    const Pose level = flight_->poses().front();
     const Pose T_imu_lidar{level.rotation.conjugate(), {0.05, -0.03, 0.08}};
     testing::Drive drive;
     drive.suite.lidar.T_imu_lidar = T_imu_lidar;
@@ -142,6 +142,7 @@ class RealImu : public ::testing::Test {
       bundle.scan.start = begin + scan * from_seconds(kScan_s);
       bundle.scan.end = bundle.scan.start + from_seconds(kScan_s);
       bundle.imu = euroc::samples_between(imu_, bundle.scan.start, bundle.scan.end);
+      EXPECT_FALSE(bundle.imu.empty());
       for (int column = 0; column < kColumns; ++column) {
         const double share = static_cast<double>(column) / kColumns;
         const Time offset = from_seconds(share * kScan_s);
@@ -197,7 +198,9 @@ TEST_F(RealImu, AnEndlessCorridorSpoilsNothingButThePlaceAlongIt) {
   EXPECT_LT(largest_step_m, 2.0);
   EXPECT_LT(largest_across_m, 0.1);
   EXPECT_LT(largest_turn_rad, 1.5 * degree);
+  ASSERT_EQ(smoother.causal_estimates.size(), drive.bundles.size());
   const Estimate& newest = smoother.causal_estimates.back();
+  EXPECT_EQ(newest.health, Health::lost);
   EXPECT_GT(std::sqrt(newest.covariance(4, 4)), 0.3 * std::abs(along_m));
 }
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/middle_value.h"
 #include "frontends/maps/magnetic_map_file.h"
 #include "tools/plotting/error_distribution.h"
 #include "tools/plotting/error_grid.h"
@@ -122,7 +123,7 @@ bool draw_distributions(const Shown& shown, const fs::path& path) {
 PlanRaster difference_of(const Shown& shown, const Run& run) {
   const MagneticMap own = read_magnetic_map(shown.file(run.own_field).string());
   const MagneticMap other = read_magnetic_map(shown.file(run.field).string());
-  return difference_raster(own, other, other.grid().heights_m.front());
+  return difference_raster(own, other, middle_value(other.grid().heights_m));
 }
 
 bool draw_differences(const Shown& shown, const fs::path& path) {
@@ -177,7 +178,7 @@ bool draw_overview(const Shown& shown, const fs::path& path) {
     const std::size_t place = place_of(run.world_name, worlds);
     if (maps.insert(run.field).second) {
       const MagneticMap map = read_magnetic_map(shown.file(run.field).string());
-      const PlanRaster strength = strength_raster(map, map.grid().heights_m.front());
+      const PlanRaster strength = strength_raster(map, middle_value(map.grid().heights_m));
       if (place == panels.size()) {
         panels.push_back({run.world_name, strength, {}});
       } else {

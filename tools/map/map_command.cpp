@@ -253,7 +253,15 @@ void map_magnetic(const MapMagneticCall& call) {
     fmt::print("held out: {}; {:.1f} s\n", held_out, testing.elapsed_s());
   }
   const std::string unreached = unreached_heights(survey.observations, result.map);
-  if (!unreached.empty()) fmt::print("warning: map.height (1 times): {}\n", unreached);
+  const double height_sigma_m = result.map.errors().height_sigma_m;
+  if (!options.heights_m.empty() && !unreached.empty()) {
+    fmt::print("warning: map.height (1 times): {}\n", unreached);
+  } else if (options.heights_m.empty() && height_sigma_m > kUnevenSurvey_m) {
+    fmt::print(
+        "warning: map.height (1 times): the survey's height varies by {:.2f} m (one sigma) about the only layer; "
+        "set heights_m\n",
+        height_sigma_m);
+  }
   const std::string doubts = survey_doubts(result.fit, reading_noise(platform), score);
   if (!doubts.empty()) fmt::print("warning: map.survey_noise (1 times): {}\n", doubts);
   throw_if_interrupted();  // not later: the files of a map belong together
