@@ -16,7 +16,6 @@ constexpr double kLeastMapSigma_ut = 0.5;
 constexpr double kBackgroundCorrelation_m = 0.5;
 constexpr double kMapCorrelation_m = 0.3;    // errors of the magnetic map are one over this distance
 constexpr double kRegisteredSigma_m = 0.03;  // of a candidate once it is registered
-constexpr double kDrifted = 16.3;            // χ² of three components, probability 0.999
 
 double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covariance) {
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
@@ -26,9 +25,8 @@ double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covari
          0.5 * std::log(2.0 * std::numbers::pi) * static_cast<double>(residual.size());
 }
 
-/// Variance of each magnetometer's own error (µT², per component). Of three or more, one that is further from their
-/// middle than its sigmas and the field's change across the array explain has drifted: it has the variance that this
-/// distance shows.
+/// Variance of each magnetometer's own error (µT², per component): by its sigmas or, of three or more, by its distance
+/// from their middle, as far as the field's change across the array does not explain that. The larger of both.
 Eigen::VectorXd own_variances(const ArrayReading& array, const SensorSuite& suite, double field_sigma_ut) {
   const auto count = static_cast<Eigen::Index>(array.readings.size());
   Eigen::MatrixX3d measured(count, 3);
@@ -51,7 +49,7 @@ Eigen::VectorXd own_variances(const ArrayReading& array, const SensorSuite& suit
     const double by_field =
         2.0 * field_sigma_ut * field_sigma_ut * (1.0 - std::exp(-from_center_m / kBackgroundCorrelation_m));
     const double apart_ut2 = (measured.row(i) - middle_ut).squaredNorm();
-    if (apart_ut2 > kDrifted * (result[i] + by_field)) result[i] = apart_ut2 / 3.0;
+    result[i] = std::max(result[i], apart_ut2 / 3.0 - by_field);
   }
   return result;
 }
