@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/angles.h"
+#include "core/middle_value.h"
 
 namespace lodestone {
 
@@ -77,6 +78,16 @@ std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavSt
   std::vector<ArrayReading> arrays = average_array(samples, ScanMotion(end, bundle.imu), suite, count);
   if (arrays.empty()) return std::nullopt;
   return std::move(arrays.front());
+}
+
+Vector3 middle_of(std::span<const Vector3> vectors) {
+  Vector3 middle;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Vector3& vector : vectors) values.push_back(vector[axis]);
+    middle[axis] = median(std::move(values));
+  }
+  return middle;
 }
 
 }  // namespace lodestone

@@ -44,4 +44,7 @@ double correlation_inflation(double spacing_m, double correlation_m);
 /// if the bundle has no readings.
 std::optional<ArrayReading> reading_at_end(const ScanBundle& bundle, const NavState& end, const SensorSuite& suite);
 
+/// The median of each component: of an even number of vectors, the mean of the middle two. Requires at least one.
+Vector3 middle_of(std::span<const Vector3> vectors);
+
 }  // namespace lodestone

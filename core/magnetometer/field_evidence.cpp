@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "core/log_mixture.h"
-#include "core/middle_value.h"
 
 namespace lodestone {
 
@@ -26,30 +25,25 @@ double log_normal(const Eigen::VectorXd& residual, const Eigen::MatrixXd& covari
 }
 
 /// Variance of each magnetometer's own error (µT², per component): by its sigmas or, of three or more, by its distance
-/// from their middle, as far as the field's change across the array does not explain that. The larger of both.
+/// from their middle, as far as the field's change across the array does not explain it. The larger of both.
 Eigen::VectorXd own_variances(const ArrayReading& array, const SensorSuite& suite, double field_sigma_ut) {
-  const auto count = static_cast<Eigen::Index>(array.readings.size());
-  Eigen::MatrixX3d measured(count, 3);
-  Eigen::MatrixX3d positions_m(count, 3);
-  Eigen::VectorXd result(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const MeanReading& reading = array.readings[static_cast<std::size_t>(i)];
-    measured.row(i) = (reading.T_end_mag.rotation * reading.measured_ut).transpose();
-    positions_m.row(i) = reading.T_end_mag.position.transpose();
-    result[i] = sensor_variance_ut2(reading, suite);
+  const std::size_t count = array.readings.size();
+  Eigen::VectorXd result(static_cast<Eigen::Index>(count));
+  std::vector<Vector3> measured_ut;
+  Vector3 center_m = Vector3::Zero();
+  for (const MeanReading& reading : array.readings) {
+    result[static_cast<Eigen::Index>(measured_ut.size())] = sensor_variance_ut2(reading, suite);
+    measured_ut.push_back(reading.T_end_mag.rotation * reading.measured_ut);
+    center_m += reading.T_end_mag.position / static_cast<double>(count);
   }
   if (count < 3) return result;
-  Eigen::RowVector3d middle_ut;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto values = measured.col(axis);
-    middle_ut[axis] = median(std::vector<double>(values.begin(), values.end()));
-  }
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const double from_center_m = (positions_m.row(i) - positions_m.colwise().mean()).norm();
+  const Vector3 middle_ut = middle_of(measured_ut);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double from_center_m = (array.readings[i].T_end_mag.position - center_m).norm();
     const double by_field =
         2.0 * field_sigma_ut * field_sigma_ut * (1.0 - std::exp(-from_center_m / kBackgroundCorrelation_m));
-    const double apart_ut2 = (measured.row(i) - middle_ut).squaredNorm();
-    result[i] = std::max(result[i], apart_ut2 / 3.0 - by_field);
+    double& variance = result[static_cast<Eigen::Index>(i)];
+    variance = std::max(variance, (measured_ut[i] - middle_ut).squaredNorm() / 3.0 - by_field);
   }
   return result;
 }

@@ -63,7 +63,7 @@ double height_sigma(const std::vector<FieldObservation>& readings, double layer_
 }
 
 /// Distance over which a component changes with height, the shortest of the three.
-double vertical_length_m(const FieldKernelFit& fit) {
+double height_length_m(const FieldKernelFit& fit) {
   // A component is a slope of the potential, and the field's slope is sqrt(3) times as steep as the potential's.
   if (fit.potential) return fit.potential->vertical_length_scale_m / std::sqrt(3.0);
   return std::min({fit.kernels[0].length_scale_m, fit.kernels[1].length_scale_m, fit.kernels[2].length_scale_m});
@@ -75,12 +75,11 @@ std::vector<double> layer_heights(const std::vector<FieldCell>& cells, const std
                                   const FieldKernelFit& fit) {
   constexpr double kMostLayers = 40.0;
   const double layer_m = mean_height(cells);
-  const double length_m = vertical_length_m(fit);
-  if (!(height_sigma(readings, layer_m) > std::max(kUnevenSurvey_m, 0.25 * length_m))) return {layer_m};
+  if (!(height_sigma(readings, layer_m) > most_height_sigma_m(fit))) return {layer_m};
   const auto lower = [](const FieldCell& a, const FieldCell& b) { return a.position.z() < b.position.z(); };
   const auto [low, high] = std::minmax_element(cells.begin(), cells.end(), lower);
   const double range_m = high->position.z() - low->position.z();
-  const double steps = std::ceil(range_m / (0.5 * length_m));
+  const double steps = std::ceil(range_m / (0.5 * height_length_m(fit)));
   if (steps + 2.0 > kMostLayers) return {layer_m};
   std::vector<double> heights_m;
   for (double step = -0.5; step < steps + 1.0; step += 1.0) {
@@ -100,11 +99,12 @@ FieldGrid grid_over(const std::vector<FieldCell>& cells, double reach, const Mag
   const Eigen::Array2d first = ((low.array() - reach) / options.resolution_m).floor();
   const Eigen::Array2d count = ((high.array() + reach) / options.resolution_m).ceil() - first + 1.0;
   FieldGrid grid;
+  const auto too_many = [&](const std::vector<double>& heights) {
+    return !(count.prod() * static_cast<double>(heights.size()) < kMostNodes);
+  };
+  if (options.heights_m.empty() && too_many(heights_m)) heights_m = {mean_height(cells)};
   grid.heights_m = std::move(heights_m);
-  if (options.heights_m.empty() && !(count.prod() * static_cast<double>(grid.heights_m.size()) < kMostNodes)) {
-    grid.heights_m = {mean_height(cells)};
-  }
-  if (!(count.prod() * static_cast<double>(grid.heights_m.size()) < kMostNodes)) {
+  if (too_many(grid.heights_m)) {
     throw InputError("magnetic map: the survey spans " + std::to_string((high - low).x()) + " by " +
                      std::to_string((high - low).y()) + " m; the map would be too large for nodes every " +
                      std::to_string(options.resolution_m) + " m. Check the trajectory or set a larger --resolution");
@@ -232,6 +232,11 @@ void MagneticMapOptions::check() const {
 
 int MagneticMapOptions::tile_nodes() const {
   return std::clamp(static_cast<int>(std::lround(tile_m / resolution_m / 16.0)), 1, 64) * 16;
+}
+
+double most_height_sigma_m(const FieldKernelFit& fit) {
+  constexpr double kOfARobotOnAFloor_m = 0.1;
+  return std::max(kOfARobotOnAFloor_m, 0.25 * height_length_m(fit));
 }
 
 MagneticMapResult build_magnetic_map(const std::vector<FieldObservation>& readings, const MagneticMapOptions& options,

@@ -10,9 +10,6 @@
 
 namespace lodestone {
 
-/// Sigma of a survey's height up to which it is that of a robot on one floor.
-inline constexpr double kUnevenSurvey_m = 0.1;
-
 struct MagneticMapOptions {
   FieldMethod method = FieldMethod::sliding_gpr;
   double resolution_m = 0.1;  ///< spacing of the map's nodes
@@ -68,6 +65,9 @@ struct MagneticMapResult {
 /// Called by the thread that builds a map, with the share of the rows of nodes that are done: 0 while kernels are
 /// fitted. What it throws ends the work.
 using MapProgress = std::function<void(double share)>;
+
+/// Sigma of the survey's height about a layer up to which one layer serves.
+double most_height_sigma_m(const FieldKernelFit& fit);
 
 /// Builds the grid map of a survey. A node's σ is the expected difference of a reading of another drive from the map,
 /// without white noise: posterior of the regression and DriveError; the root mean square over the three components. The

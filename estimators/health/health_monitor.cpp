@@ -86,7 +86,7 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   const bool scan_contradicts = add_scan(evidence, step_s);
   const bool readings_contradict = add_readings(evidence, causal, step_s);
   confirm(evidence, bundle, causal, step_s);
-  if (awaits_readings_ && readings_fit(evidence)) end_loss();
+  if (readings_fit(evidence)) awaits_since_.reset();
   motion_.add(causal);
   const Verdict by_motion = judge_motion();
   if (scan_contradicts || readings_contradict || by_motion.health != Health::good) {
@@ -94,18 +94,15 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   } else {
     contradicting_.clear();
   }
-  Verdict by_evidence = worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
-  record(causal.time, by_evidence);
-  if (awaits_readings_ && by_evidence.health != Health::lost) {
-    awaiting_[causal.time] = by_evidence;
-    by_evidence = verdicts_[causal.time] = {Health::lost, HealthReason::unobserved};
-  }
+  const Verdict own = worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
+  record(causal.time, own);
+  const Verdict by_evidence = worse(own, judge_awaited(causal.time));
   // What is wrong says more than what is unknown: the former's estimator is stopped.
   const Verdict by_covariance = judge_covariance(causal);
   const bool is_finite = by_covariance.reason != HealthReason::not_finite;
   const Verdict verdict = is_finite ? worse(by_evidence, by_covariance) : by_covariance;
-  if (by_field_ && verdict.health == Health::lost && !awaits_readings_) {
-    awaits_readings_ = true;
+  if (by_field_ && verdict.health == Health::lost && !awaits_since_) {
+    awaits_since_ = causal.time;
     stations_.clear();
   }
   causal.health = verdict.health;
@@ -154,7 +151,15 @@ Verdict HealthMonitor::judge_motion() const {
 
 Verdict HealthMonitor::judge_refined(const Estimate& refined) const {
   const auto found = verdicts_.find(refined.time);
-  return found == verdicts_.end() ? judge_covariance(refined) : worse(judge_covariance(refined), found->second);
+  const Verdict own =
+      found == verdicts_.end() ? judge_covariance(refined) : worse(judge_covariance(refined), found->second);
+  return worse(own, judge_awaited(refined.time));
+}
+
+/// On a field map alone, an estimate that was lost stays so until the readings of several stations fit.
+Verdict HealthMonitor::judge_awaited(Time time) const {
+  if (awaits_since_ && time > *awaits_since_) return {Health::lost, HealthReason::unobserved};
+  return {};
 }
 
 void HealthMonitor::restart() {
@@ -169,8 +174,7 @@ void HealthMonitor::restart() {
   observed_s_ = 0.0;
   learned_s_ = 0.0;
   astray_ = false;
-  awaits_readings_ = false;
-  awaiting_.clear();
+  awaits_since_.reset();
   unconfirmed_s_ = kNeverConfirmed_s;
   last_ = 0;
 }
@@ -219,7 +223,7 @@ bool HealthMonitor::is_next_station(const PlaceEvidence& evidence, const Estimat
   const Station& newest = stations_.back();
   const bool waited = to_seconds(causal.time - newest.time) >= kStation_s;
   // The place of a lost estimate may jump while the robot stands.
-  if (!((causal.state.T_map_imu.position - newest.position).norm() < kStation_m)) return waited || !awaits_readings_;
+  if (!((causal.state.T_map_imu.position - newest.position).norm() < kStation_m)) return waited || !awaits_since_;
   return waited && !is_confirmed() &&
          (evidence.field_ut - newest.field_ut).norm() > kOtherField * evidence.field_spread_ut;
 }
@@ -250,20 +254,6 @@ void HealthMonitor::confirm(const PlaceEvidence& evidence, const ScanBundle& bun
 bool HealthMonitor::readings_fit(const PlaceEvidence& evidence) const {
   return evidence.field_readings > 0 && evidence.field_odds > 0.0 && std::ssize(stations_) >= kContradicting &&
          sum_of_odds() > -kFieldContradicts * kStations * kNothingFits;
-}
-
-/// On a field map alone, an estimate that was lost stays so until the readings of several stations fit. Those since it
-/// was lost then get their own verdicts, for estimates that are refined later.
-void HealthMonitor::end_loss() {
-  awaits_readings_ = false;
-  for (const auto& [time, verdict] : awaiting_) {
-    if (verdict.health == Health::good) {
-      verdicts_.erase(time);
-    } else {
-      verdicts_[time] = verdict;
-    }
-  }
-  awaiting_.clear();
 }
 
 bool HealthMonitor::is_confirmed() const {

@@ -62,10 +62,10 @@ class HealthMonitor {
   Verdict judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s);
   Verdict judge_evidence() const;
   Verdict judge_motion() const;
+  Verdict judge_awaited(Time time) const;
   bool stations_contradict() const;
   void confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal, double step_s);
   bool readings_fit(const PlaceEvidence& evidence) const;
-  void end_loss();
   double sum_of_odds() const;
   double unknown_acceleration_m_s2() const;
   double unobserved_m() const;
@@ -106,8 +106,7 @@ class HealthMonitor {
   double observed_s_ = 0.0;           // since one was last unobserved
   double learned_s_ = 0.0;            // observed, in all
   bool astray_ = false;               // lost by dead reckoning: what is observed since then may be another place
-  bool awaits_readings_ = false;      // lost on a field map alone
-  std::map<Time, Verdict> awaiting_;  // since then: verdicts without this rule
+  std::optional<Time> awaits_since_;  // lost on a field map alone: until readings fit
   double unconfirmed_s_ = kNeverConfirmed_s;  // since readings of several stations last fitted the estimate
   DeadReckoning reckoned_;                    // of these, without scans that observe every direction and fit
   Time last_ = 0;

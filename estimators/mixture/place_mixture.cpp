@@ -9,7 +9,6 @@
 #include <map>
 
 #include "core/imu/gap_noise.h"
-#include "core/middle_value.h"
 #include "core/parallel.h"
 #include "core/wheels/wheel_residual.h"
 #include "estimators/baselines/field_matching.h"
@@ -247,14 +246,12 @@ void PlaceMixture::update_wheels(const ScanBundle& bundle) {
 /// array, if the sigmas let expect less. A wrong pose hardly changes this difference.
 void PlaceMixture::doubt_offsets(const ArrayReading& array) {
   std::vector<ReadingFit> fits;
-  for (const MeanReading& reading : array.readings)
+  std::vector<Vector3> residuals_ut;
+  for (const MeanReading& reading : array.readings) {
     fits.push_back(fit_reading(reading, components_.front(), input_, background_));
-  Vector3 middle_ut;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const ReadingFit& fit : fits) values.push_back(fit.residual_ut[axis]);
-    middle_ut[axis] = median(std::move(values));
+    residuals_ut.push_back(fits.back().residual_ut);
   }
+  const Vector3 middle_ut = middle_of(residuals_ut);
   for (std::size_t i = 0; i < fits.size(); ++i) {
     const double apart_ut2 = (fits[i].residual_ut - middle_ut).squaredNorm();
     const Eigen::Index offset = kOffsets + 3 * array.readings[i].magnetometer;

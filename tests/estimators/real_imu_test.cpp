@@ -61,52 +61,42 @@ struct Hall {
 /// The ground truth, 20 poses a second: cubic in position and rotation between them.
 class Flight {
  public:
-  explicit Flight(const std::filesystem::path& file) {
-    for (const auto& row : euroc::load<16>(file)) {
-      times_.push_back(row.time);
-      velocities_.push_back(row.vector(7));
-      poses_.push_back(
-          {Quaternion(row.values[3], row.values[4], row.values[5], row.values[6]).normalized(), row.vector(0)});
-    }
-  }
+  explicit Flight(std::vector<euroc::Truth> truth) : truth_(std::move(truth)) {}
 
-  Time begin() const { return times_.front(); }
-  const std::vector<Pose>& poses() const { return poses_; }
+  Time begin() const { return truth_.front().time; }
+  const std::vector<euroc::Truth>& truth() const { return truth_; }
 
   Pose at(Time time) const {
-    const auto found = std::upper_bound(times_.begin() + 2, times_.end() - 2, time);
-    const auto k = static_cast<std::size_t>(found - times_.begin()) - 1;
-    const double step_s = to_seconds(times_[k + 1] - times_[k]);
-    const double u = to_seconds(time - times_[k]) / step_s;
+    const auto later_than = [](Time time, const euroc::Truth& entry) { return time < entry.time; };
+    const auto found = std::upper_bound(truth_.begin() + 2, truth_.end() - 2, time, later_than);
+    const euroc::Truth& from = *(found - 1);
+    const double step_s = to_seconds(found->time - from.time);
+    const double u = to_seconds(time - from.time) / step_s;
     const double u2 = u * u, u3 = u2 * u;
-    const Vector3 position = (2.0 * u3 - 3.0 * u2 + 1.0) * poses_[k].position +
-                             (u3 - 2.0 * u2 + u) * step_s * velocities_[k] +
-                             (3.0 * u2 - 2.0 * u3) * poses_[k + 1].position + (u3 - u2) * step_s * velocities_[k + 1];
-    const auto turn = [&](std::size_t i) {
-      return so3::log((poses_[k].rotation.conjugate() * poses_[i].rotation).normalized());
+    const Vector3 position = (2.0 * u3 - 3.0 * u2 + 1.0) * from.state.T_map_imu.position +
+                             (u3 - 2.0 * u2 + u) * step_s * from.state.velocity +
+                             (3.0 * u2 - 2.0 * u3) * found->state.T_map_imu.position +
+                             (u3 - u2) * step_s * found->state.velocity;
+    const Quaternion& rotation = from.state.T_map_imu.rotation;
+    const auto turn = [&](const euroc::Truth& to) {
+      return so3::log((rotation.conjugate() * to.state.T_map_imu.rotation).normalized());
     };
-    const Vector3 before = turn(k - 1), after = turn(k + 1), later = turn(k + 2);
+    const Vector3 before = turn(*(found - 2)), after = turn(*found), later = turn(*(found + 1));
     const Vector3 turned =
         (u3 - 2.0 * u2 + u) * 0.5 * (after - before) + (3.0 * u2 - 2.0 * u3) * after + (u3 - u2) * 0.5 * later;
-    return {(poses_[k].rotation * so3::exp(turned)).normalized(), position};
+    return {(rotation * so3::exp(turned)).normalized(), position};
   }
 
  private:
-  std::vector<Time> times_;
-  std::vector<Pose> poses_;
-  std::vector<Vector3> velocities_;
+  std::vector<euroc::Truth> truth_;
 };
 
 class RealImu : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::filesystem::path imu = euroc::imu_folder() / "euroc_V1_01_imu.csv";
-    const std::filesystem::path truth = euroc::imu_folder() / "euroc_V1_01_truth.csv";
-    if (!std::filesystem::exists(imu) || !std::filesystem::exists(truth)) {
-      GTEST_SKIP() << imu << " or its truth is absent; set LODESTONE_DATA to the real data";
-    }
-    for (const auto& row : euroc::load<6>(imu)) imu_.push_back({row.time, row.vector(0), row.vector(3)});
-    flight_ = std::make_unique<Flight>(truth);
+    if (const std::string absent = euroc::absent(); !absent.empty()) GTEST_SKIP() << absent;
+    imu_ = euroc::load_imu();
+    flight_ = std::make_unique<Flight>(euroc::load_truth());
   }
 
   /// The flight's first scans in a hall that is `beyond_m` larger than the flight on both sides of each axis. The
@@ -114,14 +104,14 @@ class RealImu : public ::testing::Test {
   testing::Drive fly(const Vector3& beyond_m, int scans) {
     std::mt19937_64 generator(2);
     std::normal_distribution<double> normal;
-    Vector3 low = flight_->poses().front().position, high = low;
-    for (const Pose& pose : flight_->poses()) {
-      low = low.cwiseMin(pose.position);
-      high = high.cwiseMax(pose.position);
+    const Pose level = flight_->truth().front().state.T_map_imu;
+    Vector3 low = level.position, high = low;
+    for (const euroc::Truth& entry : flight_->truth()) {
+      low = low.cwiseMin(entry.state.T_map_imu.position);
+      high = high.cwiseMax(entry.state.T_map_imu.position);
     }
     const Hall hall{low - beyond_m, high + beyond_m};
     const Time begin = flight_->begin() + from_seconds(1.0);
-    const Pose level = flight_->poses().front();
     const Pose T_imu_lidar{level.rotation.conjugate(), {0.05, -0.03, 0.08}};
     testing::Drive drive;
     drive.suite.lidar.T_imu_lidar = T_imu_lidar;

@@ -256,7 +256,7 @@ void map_magnetic(const MapMagneticCall& call) {
   const double height_sigma_m = result.map.errors().height_sigma_m;
   if (!options.heights_m.empty() && !unreached.empty()) {
     fmt::print("warning: map.height (1 times): {}\n", unreached);
-  } else if (options.heights_m.empty() && height_sigma_m > kUnevenSurvey_m) {
+  } else if (options.heights_m.empty() && height_sigma_m > most_height_sigma_m(result.fit)) {
     fmt::print(
         "warning: map.height (1 times): the survey's height varies by {:.2f} m (one sigma) about the only layer; "
         "set heights_m\n",

@@ -16,6 +16,8 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import make_lsq_spline
 
+from csv_log import COLUMNS, write
+
 SCALES = {"invensense": 1.0, "nexus": 1.0, "trivisio": 45.0}
 KNOTS_S = 0.5  # of the splines, quintic
 IMU_STEP_S = 0.005
@@ -25,11 +27,6 @@ GRAVITY_M_S2 = 9.80665
 GYROSCOPE_NOISE, GYROSCOPE_WALK = 1e-3, 2e-5  # rad/s/√Hz, rad/s²/√Hz
 ACCELEROMETER_NOISE, ACCELEROMETER_WALK = 2e-2, 5e-4  # m/s²/√Hz, m/s³/√Hz
 BEGIN_S = 1.7e9  # stamps are not published
-COLUMNS = {
-    "imu": "time_s,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,accelerometer_y_m_s2,"
-           "accelerometer_z_m_s2",
-    "mag": "time_s,field_x_ut,field_y_ut,field_z_ut",
-}
 
 
 def measurements(data, name, run):
@@ -58,12 +55,6 @@ def noisy(values, white, walk, random):
     return values + np.cumsum(steps, axis=0) + random.normal(0.0, white / np.sqrt(IMU_STEP_S), values.shape)
 
 
-def write(path, columns, time_s, values):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    table = np.column_stack([time_s + BEGIN_S, values])
-    np.savetxt(path, table, fmt="%.6f", delimiter=",", header=columns, comments="")
-
-
 def make_log(data, out, run):
     sensors = {name: measurements(data, name, run) for name in SCALES}
     begin_s = max(time_s[0] for time_s, _, _ in sensors.values())
@@ -82,13 +73,13 @@ def make_log(data, out, run):
     still = np.zeros(len(at_s))
     rates = np.column_stack([still, still, heading.derivative()(at_s)])
     forces = np.column_stack([x.derivative(2)(at_s), y.derivative(2)(at_s), still + GRAVITY_M_S2])
-    write(out / f"run_{run}/imu.csv", COLUMNS["imu"], at_s, np.column_stack(
+    write(out / f"run_{run}/imu.csv", COLUMNS["imu"], at_s + BEGIN_S, np.column_stack(
         [noisy(rates, GYROSCOPE_NOISE, GYROSCOPE_WALK, random),
          noisy(turned_to_robot(forces, heading(at_s)), ACCELEROMETER_NOISE, ACCELEROMETER_WALK, random)]))
     for name, (sensor_s, _, readings_ut) in sensors.items():
         inside = (sensor_s >= begin_s) & (sensor_s <= end_s)
         sensor_s, readings_ut = sensor_s[inside], readings_ut[inside]
-        write(out / f"run_{run}/mag/{name}.csv", COLUMNS["mag"], sensor_s,
+        write(out / f"run_{run}/mag/{name}.csv", COLUMNS["mag"], sensor_s + BEGIN_S,
               turned_to_robot(readings_ut, heading(sensor_s)))
     at_s = np.arange(begin_s, end_s, TRUTH_STEP_S)
     still, half = np.zeros(len(at_s)), 0.5 * heading(at_s)

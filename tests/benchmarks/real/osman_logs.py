@@ -17,11 +17,11 @@ import numpy as np
 import scipy.io
 from scipy.spatial.transform import Rotation
 
+from csv_log import COLUMNS, write
+
 STEP_S = 0.005
 BEGIN_S = {"simple": 1.7e9, "complicated": 1.70001e9}  # stamps are not published
 MAGNETOMETER_EVERY = 2  # many readings repeat the one before
-IMU_COLUMNS = ("time_s,gyroscope_x_rad_s,gyroscope_y_rad_s,gyroscope_z_rad_s,accelerometer_x_m_s2,"
-               "accelerometer_y_m_s2,accelerometer_z_m_s2")
 
 
 def rigid(points, others):
@@ -30,11 +30,6 @@ def rigid(points, others):
     u, _, vt = np.linalg.svd((points - centre).T @ (others - other_centre))
     turn = vt.T @ np.diag([1.0, 1.0, np.sign(np.linalg.det(vt.T @ u.T))]) @ u.T
     return turn, other_centre - turn @ centre
-
-
-def write(path, columns, time_s, values):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    np.savetxt(path, np.column_stack([time_s, values]), fmt="%.6f", delimiter=",", header=columns, comments="")
 
 
 def main():
@@ -51,8 +46,8 @@ def main():
         if name == "complicated":
             positions_m, attitudes = positions_m @ turn.T + shift, Rotation.from_matrix(turn) * attitudes
         time_s = BEGIN_S[name] + STEP_S * np.arange(len(samples))
-        write(call.out / name / "imu.csv", IMU_COLUMNS, time_s, np.column_stack([samples[:, 3:6], samples[:, :3]]))
-        write(call.out / name / "mag/xsens.csv", "time_s,field_x_ut,field_y_ut,field_z_ut",
+        write(call.out / name / "imu.csv", COLUMNS["imu"], time_s, np.column_stack([samples[:, 3:6], samples[:, :3]]))
+        write(call.out / name / "mag/xsens.csv", COLUMNS["mag"],
               time_s[::MAGNETOMETER_EVERY], 1e-3 * samples[::MAGNETOMETER_EVERY, 6:])
         np.savetxt(call.out / f"{name}.tum", np.column_stack([time_s, positions_m, attitudes.as_quat()]), fmt="%.9f")
         print(f"{name}: {STEP_S * len(samples):.1f} s")

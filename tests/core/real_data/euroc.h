@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/nav_state.h"
 #include "core/measurements.h"
 
 /// The files of EuRoC's V1_01 in the real data.
@@ -46,6 +47,47 @@ std::vector<Row<columns>> load(const std::filesystem::path& path) {
     rows.push_back(row);
   }
   return rows;
+}
+
+inline std::filesystem::path imu_file() {
+  return imu_folder() / "euroc_V1_01_imu.csv";
+}
+
+inline std::filesystem::path truth_file() {
+  return imu_folder() / "euroc_V1_01_truth.csv";
+}
+
+/// Why a test is skipped; empty if the files are there.
+inline std::string absent() {
+  if (std::filesystem::exists(imu_file()) && std::filesystem::exists(truth_file())) return {};
+  return imu_file().string() + " or its truth is absent; set LODESTONE_DATA to the real data";
+}
+
+inline std::vector<ImuSample> load_imu() {
+  std::vector<ImuSample> samples;
+  for (const auto& row : load<6>(imu_file())) samples.push_back({row.time, row.vector(0), row.vector(3)});
+  return samples;
+}
+
+struct Truth {
+  Time time = 0;
+  NavState state;
+};
+
+inline std::vector<Truth> load_truth() {
+  std::vector<Truth> truth;
+  for (const auto& row : load<16>(truth_file())) {
+    Truth entry{row.time, {}};
+    entry.state.T_map_imu.position = row.vector(0);
+    entry.state.T_map_imu.rotation =
+        Quaternion(row.values[3], row.values[4], row.values[5], row.values[6]).normalized();
+    entry.state.velocity = row.vector(7);
+    entry.state.gyroscope_bias = row.vector(10);
+    entry.state.accelerometer_bias = row.vector(13);
+    entry.state.gravity = Vector3(0.0, 0.0, -9.81);
+    truth.push_back(entry);
+  }
+  return truth;
 }
 
 inline ImuSample interpolate(const ImuSample& before, const ImuSample& after, Time time) {

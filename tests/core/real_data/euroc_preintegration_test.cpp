@@ -2,32 +2,19 @@
 // errors of GTSAM 4.3's combined preintegration on the same windows.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "core/angles.h"
 #include "core/imu/preintegration.h"
+#include "core/middle_value.h"
 #include "tests/core/real_data/euroc.h"
 
 namespace lodestone {
 namespace {
 
-using euroc::imu_folder;
-using euroc::load;
 using euroc::samples_between;
-
-struct Truth {
-  Time time = 0;
-  NavState state;
-};
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+using euroc::Truth;
 
 class EurocPreintegration : public ::testing::Test {
  protected:
@@ -39,23 +26,9 @@ class EurocPreintegration : public ::testing::Test {
   };
 
   void SetUp() override {
-    const std::filesystem::path imu = imu_folder() / "euroc_V1_01_imu.csv";
-    const std::filesystem::path truth = imu_folder() / "euroc_V1_01_truth.csv";
-    if (!std::filesystem::exists(imu) || !std::filesystem::exists(truth)) {
-      GTEST_SKIP() << imu << " or its truth is absent; set LODESTONE_DATA to the real data";
-    }
-    for (const auto& row : load<6>(imu)) samples_.push_back({row.time, row.vector(0), row.vector(3)});
-    for (const auto& row : load<16>(truth)) {
-      Truth entry{row.time, {}};
-      entry.state.T_map_imu.position = row.vector(0);
-      entry.state.T_map_imu.rotation =
-          Quaternion(row.values[3], row.values[4], row.values[5], row.values[6]).normalized();
-      entry.state.velocity = row.vector(7);
-      entry.state.gyroscope_bias = row.vector(10);
-      entry.state.accelerometer_bias = row.vector(13);
-      entry.state.gravity = Vector3(0.0, 0.0, -9.81);
-      truth_.push_back(entry);
-    }
+    if (const std::string absent = euroc::absent(); !absent.empty()) GTEST_SKIP() << absent;
+    samples_ = euroc::load_imu();
+    truth_ = euroc::load_truth();
   }
 
   /// Median errors of a prediction relative to the ground truth, over windows of `steps` of its rows.
@@ -77,7 +50,7 @@ class EurocPreintegration : public ::testing::Test {
       velocity.push_back(error.segment<3>(tangent::velocity).norm());
     }
     if (position.empty()) return {};
-    return {median(position), median(velocity), median(rotation), position.size()};
+    return {middle_value(position), middle_value(velocity), middle_value(rotation), position.size()};
   }
 
   std::vector<ImuSample> samples_;
