@@ -22,6 +22,9 @@ constexpr int kMostRounds = 6;
 constexpr double kMoved_m = 0.001;
 constexpr double kTurned_deg = 0.01;
 
+/// Errors of the maps are known after this way: their estimates are means over some ten metres.
+constexpr double kErrorsKnown_m = 50.0;
+
 void release(Keyframe& keyframe) {
   std::vector<Correspondence>().swap(keyframe.correspondences);
   keyframe.planes.reset();
@@ -56,6 +59,19 @@ void BatchRefinement::build(SlidingWindow& window) const {
   // The initial pose's prior stays at the initial pose; the states begin at the window's estimates.
   window.set_state(0, keyframes_.front()->estimate.state);
   window.set_state(keyframes_.size() - 1, keyframes_.back()->estimate.state);
+}
+
+void BatchRefinement::use_later_map_errors() {
+  double way_m = 0.0;
+  std::size_t known = 0;
+  while (known + 1 < keyframes_.size() && way_m < kErrorsKnown_m) {
+    const Vector3 from = keyframes_[known]->estimate.state.T_map_imu.position;
+    way_m += (keyframes_[++known]->estimate.state.T_map_imu.position - from).norm();
+  }
+  for (std::size_t k = 0; k < known; ++k) {
+    keyframes_[k]->map_error_variance_m2 = keyframes_[known]->map_error_variance_m2;
+    keyframes_[k]->field_variance_ut2 = keyframes_[known]->field_variance_ut2;
+  }
 }
 
 bool BatchRefinement::register_scans(const std::vector<std::size_t>& which, const SlidingWindow& window,
@@ -122,6 +138,7 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
                        input_.suite.calibration);
   window.set_calibration(calibration_);
   build(window);
+  use_later_map_errors();
   std::vector<std::size_t> renewed(keyframes_.size());
   std::iota(renewed.begin(), renewed.end(), std::size_t{0});
   for (rounds_ = 0; rounds_ < kMostRounds && !renewed.empty(); ++rounds_) {

@@ -38,6 +38,10 @@ class BatchRefinement {
  private:
   std::vector<Estimate> estimates() const;
   void build(SlidingWindow& window) const;
+
+  /// In the first metres of a log, the window assumes a typical error of the cloud map and none of the field map.
+  /// There, the batch takes what the log told later.
+  void use_later_map_errors();
   bool register_scans(const std::vector<std::size_t>& which, const SlidingWindow& window, const Progress& progress);
   void renew_factors(SlidingWindow& window);
   std::vector<std::size_t> moved(const SlidingWindow& window);

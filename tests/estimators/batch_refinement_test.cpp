@@ -63,6 +63,25 @@ TEST(BatchRefinement, EndsWithEveryKeyframeAndLosesNothing) {
   EXPECT_LT(batch_trace, 1.02 * window_trace);
 }
 
+// In the first metres, the window cannot know that the map is exact.
+TEST(BatchRefinement, IsAsAccurateInTheFirstMetresAsLater) {
+  const Drive drive = warehouse().drive(16.0, "");
+  EstimatorInput input = drive.input();
+  input.field = nullptr;
+  input.options.smoother.refine = Refinement::batch;
+  const Stages stages = run_stages(input, drive.bundles);
+  const std::size_t first = stages.best_estimates.size() / 4;
+  const auto ate_m = [&](const std::vector<Estimate>& of, std::size_t begin, std::size_t end) {
+    const auto at = [&](std::size_t i) { return of.begin() + static_cast<std::ptrdiff_t>(i); };
+    return accuracy({at(begin), at(end)}, drive.truth).ate_m;
+  };
+  const std::size_t all = stages.best_estimates.size();
+  std::printf("ATE at first and later: window %.5f and %.5f m, batch %.5f and %.5f m\n",
+              ate_m(stages.smoothed_estimates, 0, first), ate_m(stages.smoothed_estimates, first, all),
+              ate_m(stages.best_estimates, 0, first), ate_m(stages.best_estimates, first, all));
+  EXPECT_LT(ate_m(stages.best_estimates, 0, first), 1.5 * ate_m(stages.best_estimates, first, all));
+}
+
 TEST(BatchRefinement, JudgesReadingsAtTheClockThatItEstimates) {
   const auto field_weight = [](const std::string& fault) {
     const Drive drive = warehouse().drive(12.0, fault);
