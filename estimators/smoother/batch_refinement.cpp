@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "core/parallel.h"
+#include "estimators/smoother/field_error.h"
 
 namespace lodestone {
 
@@ -22,8 +23,8 @@ constexpr int kMostRounds = 6;
 constexpr double kMoved_m = 0.001;
 constexpr double kTurned_deg = 0.01;
 
-/// Errors of the maps are known after this way: their estimates are means over some ten metres.
-constexpr double kErrorsKnown_m = 50.0;
+/// Errors of the maps are known after this way.
+constexpr double kErrorsKnown_m = FieldError::kMetres;
 
 void release(Keyframe& keyframe) {
   std::vector<Correspondence>().swap(keyframe.correspondences);

@@ -11,8 +11,6 @@ namespace {
 
 constexpr double kStretch_m = 1.0;
 
-constexpr std::size_t kMetres = 50;
-
 /// Median over mean of a χ² variable with three degrees of freedom.
 constexpr double kMedianShare = 0.789;
 
@@ -32,7 +30,7 @@ void FieldError::add(const Pose& T_map_imu, std::span<const FieldReading> readin
   const double count = readings_;
   const double found = (sum_ut_ / count).squaredNorm() / 3.0 - noise_sum_ut2_ / (count * count);
   variances_ut2_.push_back(found);
-  if (variances_ut2_.size() > kMetres) variances_ut2_.pop_front();
+  if (variances_ut2_.size() > static_cast<std::size_t>(kMetres)) variances_ut2_.pop_front();
   readings_a_metre_ = count / way_m;
   sum_ut_.setZero();
   noise_sum_ut2_ = 0.0;

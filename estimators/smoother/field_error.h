@@ -14,6 +14,8 @@ namespace lodestone {
 /// is used, because residuals at a wrong pose must not increase the variance.
 class FieldError {
  public:
+  static constexpr int kMetres = 50;  ///< whose median is used
+
   /// Adds the readings of a scan and their residuals at the pose. `residual_ut`: of each reading, magnetometer axes.
   /// Readings of weight zero are ignored.
   void add(const Pose& T_map_imu, std::span<const FieldReading> readings, std::span<const Vector3> residual_ut);
