@@ -1,5 +1,7 @@
 #include "estimators/smoother/batch_refinement.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -22,6 +24,10 @@ constexpr int kMostRounds = 6;
 // A keyframe that a round moved or turned further is associated again in the next.
 constexpr double kMoved_m = 0.001;
 constexpr double kTurned_deg = 0.01;
+
+// A keyframe that the last round still moved or turned further has no settled pose.
+constexpr double kUnsettled_m = 0.01;
+constexpr double kUnsettled_deg = 0.1;
 
 /// Errors of the maps are known after this way.
 constexpr double kErrorsKnown_m = FieldError::kMetres;
@@ -121,13 +127,26 @@ void BatchRefinement::renew_factors(SlidingWindow& window) {
   }
 }
 
-std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window) {
+std::vector<std::size_t> BatchRefinement::moved(const SlidingWindow& window, double further_m,
+                                                double further_deg) const {
   std::vector<std::size_t> result;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
-    const Pose pose = window.seen_pose(k);
-    if (keyframes_[k]->moved(pose, kMoved_m, kTurned_deg)) result.push_back(k);
+    if (keyframes_[k]->moved(window.seen_pose(k), further_m, further_deg)) result.push_back(k);
   }
   return result;
+}
+
+void BatchRefinement::warn_if_unsettled(const SlidingWindow& window) const {
+  const std::vector<std::size_t> unsettled = moved(window, kUnsettled_m, kUnsettled_deg);
+  if (unsettled.empty() || input_.warnings == nullptr) return;
+  const Time first = keyframes_[unsettled.front()]->estimate.time;
+  input_.warnings->add(
+      "batch.unsettled",
+      fmt::format("after {} rounds, {} of {} poses still move by more than {} cm or {} deg, from {:.3f} "
+                  "s: compare with smoothed.tum there",
+                  rounds_, unsettled.size(), keyframes_.size(), 100.0 * kUnsettled_m, kUnsettled_deg,
+                  to_seconds(first)),
+      first);
 }
 
 std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
@@ -147,8 +166,9 @@ std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {
     renew_factors(window);
     if (input_.linearize_at != nullptr) break;
     window.solve();
-    renewed = moved(window);
+    renewed = moved(window, kMoved_m, kTurned_deg);
   }
+  if (input_.linearize_at == nullptr) warn_if_unsettled(window);
   std::vector<std::size_t> all(keyframes_.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const std::vector<Matrix6> covariances = window.pose_covariances(all);

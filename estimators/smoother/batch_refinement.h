@@ -44,7 +44,9 @@ class BatchRefinement {
   void use_later_map_errors();
   bool register_scans(const std::vector<std::size_t>& which, const SlidingWindow& window, const Progress& progress);
   void renew_factors(SlidingWindow& window);
-  std::vector<std::size_t> moved(const SlidingWindow& window);
+  /// Keyframes that moved or turned further than this since they were associated.
+  std::vector<std::size_t> moved(const SlidingWindow& window, double further_m, double further_deg) const;
+  void warn_if_unsettled(const SlidingWindow& window) const;
 
   const EstimatorInput& input_;
   const KeyframeMeasurements& measurements_;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/imu/hermite.h"
+#include "core/lidar/least_pose.h"
 #include "core/lidar/square_root.h"
 
 namespace lodestone {
@@ -333,6 +334,40 @@ TEST(SweptCost, WithoutNoiseItIsOneResidualAPoint) {
   // Points of a bin, a sixty-fourth of the step, share their age.
   EXPECT_NEAR(y.dot(swept.given_both * y) / sum, 1.0, 1e-3);
   EXPECT_NEAR((square_root(swept.given_both) * y).squaredNorm() / sum, 1.0, 1e-3);
+}
+
+/// Where the cost of a scan without departure is least: Newton's method.
+Pose least_of(const Eigen::MatrixXd& moment, const CondensedCost& cost, Pose pose) {
+  for (int i = 0; i < 10; ++i) {
+    const Matrix13x6 by_pose = cost.coordinates_jacobian(pose);
+    const Eigen::Matrix<double, 13, 6> weighed = moment.topLeftCorner(13, 13) * by_pose;
+    pose = pose.boxplus(-(by_pose.transpose() * weighed).ldlt().solve(weighed.transpose() * cost.coordinates(pose)));
+  }
+  return pose;
+}
+
+TEST(SweptCost, IsLeastWhereTheScanIsOnceMovedThere) {
+  Points points = points_round_the_robot(5, 300);
+  RandomVectors random(6);
+  for (Correspondence& match : points.matches) match.point += random.vector(0.03).cast<float>();
+  Matrix6 map_error = Matrix6::Identity() * 1e-4;  // errors of the map look like motion within the scan
+  map_error.topLeftCorner<3, 3>() *= 0.01;
+  CondensedScan scan = condense_scan(points.matches, points.pose, deskewing_with(1e-6, 4e-4), map_error);
+  const Pose best = least_of(scan.cost.moment, scan.cost, points.pose);
+  const auto distance = [&](const Matrix25& moment) {
+    return least_of(moment, scan.cost, points.pose).boxminus(best).norm();
+  };
+  const SweptCost before = scan.swept;
+  keep_least_pose(scan, points.pose);
+  EXPECT_GT(distance(before.given_both), 2e-3);
+  EXPECT_LT(distance(scan.swept.given_both), 1e-4);
+  EXPECT_GT(distance(before.given_end), 2e-3);
+  EXPECT_LT(distance(scan.swept.given_end), 1e-4);
+  // What the scan knows stays.
+  const auto both = ratios(information_by(scan.swept, scan.cost, points.pose, true),
+                           information_by(before, scan.cost, points.pose, true));
+  EXPECT_NEAR(both.first, 1.0, 0.01);
+  EXPECT_NEAR(both.second, 1.0, 0.01);
 }
 
 TEST(SweptCost, AScanTakenAtOnceIsItsCondensedCost) {
