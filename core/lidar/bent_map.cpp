@@ -33,7 +33,8 @@ constexpr int kPasses = 3;
 
 constexpr double kLeastReal = 0.01;  // least share of the information that is not spurious: keeps the pose defined
 
-/// Of a displacement that mostly errors of normals show.
+/// Of a pose that a scan does not observe, and of a displacement that mostly errors of normals show.
+constexpr double kUnknownTurn_rad = 0.1;  // sigma
 constexpr double kUnknown_m2 = kUnknownPlace_m * kUnknownPlace_m;
 
 struct Region {

@@ -23,7 +23,6 @@ Matrix6 pose_error_root(const Matrix6& covariance);
 /// Sigma of a position, along a direction that a scan does not observe, with which the fit begins. A place that is
 /// known worse must not be fitted.
 inline constexpr double kUnknownPlace_m = 1.0;
-inline constexpr double kUnknownTurn_rad = 0.1;  ///< the same for a rotation
 
 /// What a scan tells of the pose in a map that is displaced.
 struct BentMapFit {

@@ -16,6 +16,10 @@ namespace lodestone {
 
 namespace {
 
+// Sigmas about the pose of accumulation: keep a step defined along what a scan does not observe.
+constexpr double kLooseTurn_rad = 0.1;
+constexpr double kLoosePlace_m = 1.0;
+
 constexpr int kSweepChunks = 16;
 constexpr int kBins = 64;  // of a step: points of a bin share their age
 // A dense scan determines its end from the last few milliseconds. There, omitted modes would count as information.
@@ -151,10 +155,33 @@ Matrix25 with_departure_error(const Matrix25& moment, const Matrix6& pose_covari
   return moment - border * inner.llt().solve(border.transpose());
 }
 
+/// Gauss-Newton step of the pose to the least of a moment of ξ (a quadratic form), with priors about `T_map_imu`.
+Vector6 step_to_least(const Matrix13& moment, const CondensedCost& cost, const Pose& T_map_imu) {
+  const Matrix13x6 by_pose = cost.coordinates_jacobian(T_map_imu);
+  const Matrix13x6 weighed = moment * by_pose;
+  Matrix6 information = by_pose.transpose() * weighed;
+  information.diagonal().head<3>().array() += 1.0 / (kLooseTurn_rad * kLooseTurn_rad);
+  information.diagonal().tail<3>().array() += 1.0 / (kLoosePlace_m * kLoosePlace_m);
+  return -information.llt().solve(weighed.transpose() * cost.coordinates(T_map_imu));
+}
+
+/// `moment` moved rigidly in the map, such that without a departure it is least at the pose of `wanted`, a moment of ξ.
+Matrix25 with_least_pose_of(const Matrix13& wanted, const Matrix25& moment, const CondensedCost& cost,
+                            const Pose& T_map_imu) {
+  const Pose there = T_map_imu.boxplus(step_to_least(wanted, cost, T_map_imu));
+  const Vector6 away = step_to_least(moment.topLeftCorner<13, 13>(), cost, there);
+  const Pose move = there.boxplus(away) * there.inverse();
+  // ξ(move · x) = `by_move` ξ(x).
+  Matrix25 by_move = Matrix25::Identity();
+  for (int i = 0; i < 12; i += 3) by_move.block<3, 3>(i, i) = move.rotation.toRotationMatrix();
+  by_move.block<3, 1>(9, 12) = move * cost.anchor - cost.anchor;
+  return by_move.transpose() * moment * by_move;
+}
+
 }  // namespace
 
 SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                const Deskewing& deskewing, const Matrix6& pose_covariance) {
+                const Deskewing& deskewing, const SharedMapError& map_error) {
   SweptCost result;
   result.given_both.topLeftCorner<13, 13>() = cost.moment;
   result.given_end = result.given_both;
@@ -215,8 +242,11 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
         deskewing.accelerometer_density * std::pow(step_s, 3) / std::pow(kClamped[static_cast<std::size_t>(mode)], 4);
     information.segment<3>(3 * (kTurnModes + mode)).setConstant(1.0 / variance);
   }
-  result.given_both =
-      with_departure_error(marginal<25>(all, information.asDiagonal()), pose_covariance, rotation, step_s);
+  const Matrix25 exact = marginal<25>(all, information.asDiagonal());
+  result.given_both = with_departure_error(exact, map_error.pose_covariance, rotation, step_s);
+  if (map_error.straightened) {
+    result.given_both = with_least_pose_of(exact.topLeftCorner<13, 13>(), result.given_both, cost, T_map_imu);
+  }
   result.given_end = without_state_before(result.given_both, deskewing);
   return result;
 }
@@ -240,10 +270,10 @@ Eigen::Matrix<double, 9, 9> step_information(const Deskewing& deskewing) {
 }
 
 CondensedScan condense_scan(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                            const Deskewing& deskewing, const Matrix6& pose_covariance) {
+                            const Deskewing& deskewing, const SharedMapError& map_error) {
   CondensedScan result;
   result.cost = condense(correspondences, T_map_imu);
-  result.swept = sweep(result.cost, correspondences, T_map_imu, deskewing, pose_covariance);
+  result.swept = sweep(result.cost, correspondences, T_map_imu, deskewing, map_error);
   result.deskewing = deskewing;
   return result;
 }

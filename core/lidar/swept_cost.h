@@ -22,11 +22,19 @@ struct SweptCost {
   Matrix25 given_end = Matrix25::Zero();   ///< given the scan's end alone: only the slope at the end remains of η
 };
 
-/// `cost`: condensed from the same correspondences at the same pose. `pose_covariance`: the pose's covariance due to
-/// errors that the map's points share (φ in map axes, p). Left and right of the robot are measured at different times,
-/// so such errors also look like motion within the scan; the information about this motion is reduced accordingly.
+/// Errors that the map's points share. Left and right of the robot are measured at different times, so such errors also
+/// look like motion within the scan; the information about this motion is reduced accordingly.
+struct SharedMapError {
+  Matrix6 pose_covariance = Matrix6::Zero();  ///< of the pose due to them; φ in map axes, p
+
+  /// The points were displaced as the map is (BentMapFit), such that their least squares give the best pose. Motion
+  /// that the map's errors pretend must not give another one: the cost is moved back to it.
+  bool straightened = false;
+};
+
+/// `cost`: condensed from the same correspondences at the same pose.
 SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                const Deskewing& deskewing, const Matrix6& pose_covariance = Matrix6::Zero());
+                const Deskewing& deskewing, const SharedMapError& map_error = {});
 
 /// Information about the error of the IMU over a whole step, backwards from the scan's end: turn, shift, slope; 9×9.
 Eigen::Matrix<double, 9, 9> step_information(const Deskewing& deskewing);
@@ -46,6 +54,6 @@ struct CondensedScan {
 
 /// Ages of points are those of the correspondences.
 CondensedScan condense_scan(std::span<const Correspondence> correspondences, const Pose& T_map_imu,
-                            const Deskewing& deskewing = {}, const Matrix6& pose_covariance = Matrix6::Zero());
+                            const Deskewing& deskewing = {}, const SharedMapError& map_error = {});
 
 }  // namespace lodestone

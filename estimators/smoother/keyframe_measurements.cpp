@@ -8,7 +8,6 @@
 #include "core/geometry/slide.h"
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
-#include "core/lidar/least_pose.h"
 #include "core/lidar/least_squares_error.h"
 #include "core/observability/single_scan.h"
 #include "core/robust_weight.h"
@@ -122,9 +121,8 @@ void KeyframeMeasurements::register_scan(Keyframe& keyframe, const NavState& sta
     }
     Matrix6 within_scan = near;
     if (!keyframe.map_is_compared) within_scan += far.covariance;
-    keyframe.lidar =
-        condense_scan(fit ? fit->straightened : keyframe.correspondences, keyframe.associated, deskewing, within_scan);
-    if (fit) keep_least_pose(keyframe.lidar, keyframe.associated);
+    keyframe.lidar = condense_scan(fit ? fit->straightened : keyframe.correspondences, keyframe.associated, deskewing,
+                                   {within_scan, fit.has_value()});
     keyframe.lidar.by_lidar = true;
     keyframe.lidar.correction = keyframe.lidar_correction;
     keyframe.lidar.beam_origin_m = T_imu_lidar.position;

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "core/imu/hermite.h"
-#include "core/lidar/least_pose.h"
 #include "core/lidar/square_root.h"
 
 namespace lodestone {
@@ -346,28 +345,28 @@ Pose least_of(const Eigen::MatrixXd& moment, const CondensedCost& cost, Pose pos
   return pose;
 }
 
-TEST(SweptCost, IsLeastWhereTheScanIsOnceMovedThere) {
+TEST(SweptCost, ErrorsOfTheMapDoNotMoveTheBestPoseOfAStraightenedScan) {
   Points points = points_round_the_robot(5, 300);
   RandomVectors random(6);
   for (Correspondence& match : points.matches) match.point += random.vector(0.03).cast<float>();
-  Matrix6 map_error = Matrix6::Identity() * 1e-4;  // errors of the map look like motion within the scan
-  map_error.topLeftCorner<3, 3>() *= 0.01;
-  CondensedScan scan = condense_scan(points.matches, points.pose, deskewing_with(1e-6, 4e-4), map_error);
-  const Pose best = least_of(scan.cost.moment, scan.cost, points.pose);
-  const auto distance = [&](const Matrix25& moment) {
-    return least_of(moment, scan.cost, points.pose).boxminus(best).norm();
-  };
-  const SweptCost before = scan.swept;
-  keep_least_pose(scan, points.pose);
-  EXPECT_GT(distance(before.given_both), 2e-3);
-  EXPECT_LT(distance(scan.swept.given_both), 1e-4);
-  EXPECT_GT(distance(before.given_end), 2e-3);
-  EXPECT_LT(distance(scan.swept.given_end), 1e-4);
+  const CondensedCost cost = condense(points.matches, points.pose);
+  const Deskewing deskewing = deskewing_with(1e-6, 4e-4);
+  SharedMapError error{Matrix6::Identity() * 1e-4};
+  error.pose_covariance.topLeftCorner<3, 3>() *= 0.01;
+  const SweptCost exact = sweep(cost, points.matches, points.pose, deskewing);
+  const SweptCost moved = sweep(cost, points.matches, points.pose, deskewing, error);
+  error.straightened = true;
+  const SweptCost straightened = sweep(cost, points.matches, points.pose, deskewing, error);
+  const Pose best = least_of(exact.given_both, cost, points.pose);
+  EXPECT_GT(least_of(moved.given_both, cost, points.pose).boxminus(best).norm(), 2e-3);
+  EXPECT_LT(least_of(straightened.given_both, cost, points.pose).boxminus(best).norm(), 1e-4);
   // What the scan knows stays.
-  const auto both = ratios(information_by(scan.swept, scan.cost, points.pose, true),
-                           information_by(before, scan.cost, points.pose, true));
-  EXPECT_NEAR(both.first, 1.0, 0.01);
-  EXPECT_NEAR(both.second, 1.0, 0.01);
+  for (const bool both : {true, false}) {
+    const auto found =
+        ratios(information_by(straightened, cost, points.pose, both), information_by(moved, cost, points.pose, both));
+    EXPECT_NEAR(found.first, 1.0, 0.01);
+    EXPECT_NEAR(found.second, 1.0, 0.01);
+  }
 }
 
 TEST(SweptCost, AScanTakenAtOnceIsItsCondensedCost) {
