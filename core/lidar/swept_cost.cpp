@@ -16,7 +16,7 @@ namespace lodestone {
 
 namespace {
 
-// Sigmas about the pose of accumulation: keep a step defined along what a scan does not observe.
+// Sigmas about the pose that a step begins at: keep it defined along what a scan does not observe.
 constexpr double kLooseTurn_rad = 0.1;
 constexpr double kLoosePlace_m = 1.0;
 
@@ -155,21 +155,20 @@ Matrix25 with_departure_error(const Matrix25& moment, const Matrix6& pose_covari
   return moment - border * inner.llt().solve(border.transpose());
 }
 
-/// Gauss-Newton step of the pose to the least of a moment of ξ (a quadratic form), with priors about `T_map_imu`.
-Vector6 step_to_least(const Matrix13& moment, const CondensedCost& cost, const Pose& T_map_imu) {
-  const Matrix13x6 by_pose = cost.coordinates_jacobian(T_map_imu);
-  const Matrix13x6 weighed = moment * by_pose;
-  Matrix6 information = by_pose.transpose() * weighed;
+/// Gauss-Newton step to the pose at which the cost is least.
+Vector6 step_to_least(const CondensedCost& cost, const Pose& T_map_imu) {
+  Matrix6 information = cost.hessian(T_map_imu);
   information.diagonal().head<3>().array() += 1.0 / (kLooseTurn_rad * kLooseTurn_rad);
   information.diagonal().tail<3>().array() += 1.0 / (kLoosePlace_m * kLoosePlace_m);
-  return -information.llt().solve(weighed.transpose() * cost.coordinates(T_map_imu));
+  return -information.llt().solve(cost.gradient(T_map_imu));
 }
 
-/// `moment` moved rigidly in the map, such that without a departure it is least at the pose of `wanted`, a moment of ξ.
-Matrix25 with_least_pose_of(const Matrix13& wanted, const Matrix25& moment, const CondensedCost& cost,
-                            const Pose& T_map_imu) {
-  const Pose there = T_map_imu.boxplus(step_to_least(wanted, cost, T_map_imu));
-  const Vector6 away = step_to_least(moment.topLeftCorner<13, 13>(), cost, there);
+/// `moment` moved rigidly in the map, such that without a departure it is least where `wanted` is. `cost`: of the scan.
+Matrix25 with_least_pose_of(const Matrix25& wanted, const Matrix25& moment, CondensedCost cost, const Pose& T_map_imu) {
+  cost.moment = wanted.topLeftCorner<13, 13>();
+  const Pose there = T_map_imu.boxplus(step_to_least(cost, T_map_imu));
+  cost.moment = moment.topLeftCorner<13, 13>();
+  const Vector6 away = step_to_least(cost, there);
   const Pose move = there.boxplus(away) * there.inverse();
   // ξ(move · x) = `by_move` ξ(x).
   Matrix25 by_move = Matrix25::Identity();
@@ -244,9 +243,7 @@ SweptCost sweep(const CondensedCost& cost, std::span<const Correspondence> corre
   }
   const Matrix25 exact = marginal<25>(all, information.asDiagonal());
   result.given_both = with_departure_error(exact, map_error.pose_covariance, rotation, step_s);
-  if (map_error.straightened) {
-    result.given_both = with_least_pose_of(exact.topLeftCorner<13, 13>(), result.given_both, cost, T_map_imu);
-  }
+  if (map_error.straightened) result.given_both = with_least_pose_of(exact, result.given_both, cost, T_map_imu);
   result.given_end = without_state_before(result.given_both, deskewing);
   return result;
 }

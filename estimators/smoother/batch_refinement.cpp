@@ -140,13 +140,12 @@ void BatchRefinement::warn_if_unsettled(const SlidingWindow& window) const {
   const std::vector<std::size_t> unsettled = moved(window, kUnsettled_m, kUnsettled_deg);
   if (unsettled.empty() || input_.warnings == nullptr) return;
   const Time first = keyframes_[unsettled.front()]->estimate.time;
-  input_.warnings->add(
-      "batch.unsettled",
-      fmt::format("after {} rounds, {} of {} poses still move by more than {} cm or {} deg, from {:.3f} "
-                  "s: compare with smoothed.tum there",
-                  rounds_, unsettled.size(), keyframes_.size(), 100.0 * kUnsettled_m, kUnsettled_deg,
-                  to_seconds(first)),
-      first);
+  input_.warnings->add("batch.unsettled",
+                       fmt::format("after {} rounds, {} of {} poses still move by more than {} cm or {} deg, "
+                                   "from {:.3f} s: compare with smoothed.tum there",
+                                   rounds_, unsettled.size(), keyframes_.size(), 100.0 * kUnsettled_m, kUnsettled_deg,
+                                   to_seconds(first)),
+                       first);
 }
 
 std::vector<Estimate> BatchRefinement::refine(const Progress& progress) {

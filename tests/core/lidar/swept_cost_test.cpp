@@ -336,12 +336,9 @@ TEST(SweptCost, WithoutNoiseItIsOneResidualAPoint) {
 }
 
 /// Where the cost of a scan without departure is least: Newton's method.
-Pose least_of(const Eigen::MatrixXd& moment, const CondensedCost& cost, Pose pose) {
-  for (int i = 0; i < 10; ++i) {
-    const Matrix13x6 by_pose = cost.coordinates_jacobian(pose);
-    const Eigen::Matrix<double, 13, 6> weighed = moment.topLeftCorner(13, 13) * by_pose;
-    pose = pose.boxplus(-(by_pose.transpose() * weighed).ldlt().solve(weighed.transpose() * cost.coordinates(pose)));
-  }
+Pose least_of(const Matrix25& moment, CondensedCost cost, Pose pose) {
+  cost.moment = moment.topLeftCorner<13, 13>();
+  for (int i = 0; i < 10; ++i) pose = pose.boxplus(-cost.hessian(pose).ldlt().solve(cost.gradient(pose)));
   return pose;
 }
 
