@@ -14,9 +14,9 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
-/// Loops on all cores. In core, only this loop and parallel_sort use TBB. TBB is not built with ThreadSanitizer, which
-/// therefore does not know that a loop's body runs between the caller's code before and after the loop. LoopOrder
-/// states this order and no more: two bodies stay unordered, so that races between them are still reported.
+/// Loops on all cores. In core, only this loop uses TBB. TBB is not built with ThreadSanitizer, which therefore does
+/// not know that a loop's body runs between the caller's code before and after the loop. LoopOrder states this order
+/// and no more: two bodies stay unordered, so that races between them are still reported.
 namespace lodestone {
 
 /// Work on [first, last), without its type: TBB's headers stay in one .cpp file.

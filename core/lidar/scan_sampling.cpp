@@ -7,7 +7,6 @@
 #include "core/bit_mix.h"
 #include "core/lidar/range_limits.h"
 #include "core/lidar/voxel_planes.h"
-#include "core/parallel.h"
 
 namespace lodestone {
 
@@ -33,12 +32,21 @@ class VoxelCounts {
     return slot;
   }
 
-  /// Sums the counts of the 3 × 3 × 3 voxels around each voxel.
+  /// Sums the counts of the 3 × 3 × 3 voxels around each voxel. Each pair of voxels is looked up once, for both.
   void sum_surroundings() {
-    const auto sum = [this](std::size_t i) {
-      if (slots_[i].key != kEmptySlot) slots_[i].surroundings = surroundings_of(slots_[i].key);
-    };
-    parallel_for(std::size_t{0}, slots_.size(), sum, 4096);
+    for (Slot& slot : slots_) {
+      if (slot.key == kEmptySlot) continue;
+      slot.surroundings += slot.count;
+      const Eigen::Vector3i centre = voxel_of_key(slot.key);
+      constexpr int kOffsets = 27;
+      for (int offset = kOffsets / 2 + 1; offset < kOffsets; ++offset) {
+        const Eigen::Vector3i step(offset / 9 - 1, offset / 3 % 3 - 1, offset % 3 - 1);
+        Slot& other = slots_[find(voxel_key(centre + step))];
+        if (other.key == kEmptySlot) continue;
+        slot.surroundings += other.count;
+        other.surroundings += slot.count;
+      }
+    }
   }
 
   int surroundings(std::size_t slot) const { return slots_[slot].surroundings; }
@@ -54,17 +62,6 @@ class VoxelCounts {
     std::size_t slot = mix(key) & (slots_.size() - 1);
     while (slots_[slot].key != kEmptySlot && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
     return slot;
-  }
-
-  int surroundings_of(std::uint64_t key) const {
-    const Eigen::Vector3i centre = voxel_of_key(key);
-    int sum = 0;
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) sum += slots_[find(voxel_key(centre + Eigen::Vector3i(x, y, z)))].count;
-      }
-    }
-    return sum;
   }
 
   float inverse_voxel_;

@@ -1,10 +1,12 @@
 #include "core/lidar/voxel_planes.h"
 
 #include <algorithm>
+#include <boost/sort/spreadsort/integer_sort.hpp>
+#include <memory>
+#include <numeric>
 #include <stdexcept>
 
 #include "core/parallel.h"
-#include "core/parallel_sort.h"
 
 namespace lodestone {
 
@@ -19,7 +21,6 @@ static_assert(kOffset == 1 << (kBits - 1));
 struct Entry {
   std::uint64_t key;
   std::uint32_t index;
-  bool operator<(const Entry& other) const { return key != other.key ? key < other.key : index < other.index; }
 };
 
 using Wanted = std::function<bool(const Eigen::Vector3i&)>;
@@ -29,38 +30,72 @@ bool has_key(const Eigen::Vector3i& voxel) {
   return voxel.minCoeff() >= -kOffset && voxel.maxCoeff() < kOffset;
 }
 
-void append_memberships(const VoxelRange& range, std::uint32_t index, const Wanted& wanted,
-                        std::vector<Entry>& entries) {
+template <class Visit>
+void for_each_voxel(const VoxelRange& range, const Wanted& wanted, const Visit& visit) {
   for (int x = range.low.x(); x <= range.high.x(); ++x) {
     for (int y = range.low.y(); y <= range.high.y(); ++y) {
       for (int z = range.low.z(); z <= range.high.z(); ++z) {
         const Eigen::Vector3i voxel(x, y, z);
-        if (has_key(voxel) && (!wanted || wanted(voxel))) entries.push_back({voxel_key(voxel), index});
+        if (has_key(voxel) && (!wanted || wanted(voxel))) visit(voxel);
       }
     }
   }
 }
 
-/// Sorted by voxel, then by index: every voxel sums its points in the order of the file.
-std::vector<Entry> sorted_memberships(std::span<const Eigen::Vector3f> points, const VoxelMembership& membership,
-                                      const Wanted& wanted) {
-  constexpr std::size_t kPart = 1 << 16;
-  const std::size_t parts = (points.size() + kPart - 1) / kPart;
-  std::vector<std::vector<Entry>> lists(parts);
-  parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
-    const std::size_t end = std::min(points.size(), (part + 1) * kPart);
-    for (std::size_t i = part * kPart; i < end; ++i) {
-      append_memberships(membership.of(points[i]), static_cast<std::uint32_t>(i), wanted, lists[part]);
-    }
-  });
-  std::vector<Entry> entries;
-  for (std::vector<Entry>& list : lists) {
-    entries.insert(entries.end(), list.begin(), list.end());
-    std::vector<Entry>().swap(list);
+/// The members of all voxels in one piece of memory, whose size is counted before: fresh memory costs more than a
+/// count.
+class Members {
+ public:
+  Members(std::span<const Eigen::Vector3f> points, const VoxelMembership& membership, const Wanted& wanted) {
+    constexpr std::size_t kPart = 1 << 16;
+    const std::size_t parts = (points.size() + kPart - 1) / kPart;
+    std::vector<std::size_t> begins(parts + 1, 0);
+    const auto for_each_of = [&](std::size_t part, const auto& visit) {
+      const std::size_t end = std::min(points.size(), (part + 1) * kPart);
+      for (std::size_t i = part * kPart; i < end; ++i) {
+        for_each_voxel(membership.of(points[i]), wanted, [&](const Eigen::Vector3i& voxel) { visit(voxel, i); });
+      }
+    };
+    parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+      std::size_t count = 0;
+      for_each_of(part, [&count](const Eigen::Vector3i&, std::size_t) { ++count; });
+      begins[part + 1] = count;
+    });
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    entries_ = std::make_unique_for_overwrite<Entry[]>(begins.back());
+    parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+      Entry* entry = &entries_[begins[part]];
+      for_each_of(part, [&entry](const Eigen::Vector3i& voxel, std::size_t i) {
+        *entry++ = {voxel_key(voxel), static_cast<std::uint32_t>(i)};
+      });
+    });
+    sort_by_voxel(begins.back());
   }
-  parallel_sort(entries.begin(), entries.end());
-  return entries;
-}
+
+  std::size_t voxels() const { return starts_.size() - 1; }
+
+  /// Ordered by index: every voxel sums its points in the order of the file. Call once for each voxel.
+  std::span<const Entry> of(std::size_t voxel) {
+    const std::span<Entry> members(&entries_[starts_[voxel]], starts_[voxel + 1] - starts_[voxel]);
+    std::sort(members.begin(), members.end(), [](const Entry& a, const Entry& b) { return a.index < b.index; });
+    return members;
+  }
+
+ private:
+  void sort_by_voxel(std::size_t count) {
+    Entry* const begin = entries_.get();
+    boost::sort::spreadsort::integer_sort(
+        begin, begin + count, [](const Entry& entry, unsigned shift) { return entry.key >> shift; },
+        [](const Entry& a, const Entry& b) { return a.key < b.key; });
+    for (std::size_t i = 0; i < count; ++i) {
+      if (i == 0 || begin[i].key != begin[i - 1].key) starts_.push_back(i);
+    }
+    starts_.push_back(count);
+  }
+
+  std::unique_ptr<Entry[]> entries_;
+  std::vector<std::size_t> starts_;  // of each voxel, and the end
+};
 
 /// Moves the plane's height to that of the points whose foot lies within the voxel, where scans meet the plane. With
 /// the points of the margin the chord of a curved surface is longer and lies too deep. Normal and thickness stay those
@@ -108,25 +143,16 @@ VoxelMembership::VoxelMembership(const PlaneMapOptions& options)
 std::vector<VoxelPlane> fit_voxel_planes(std::span<const Eigen::Vector3f> points, const PlaneMapOptions& options,
                                          const Wanted& wanted) {
   if (points.size() > 0x7FFFFFFFU) throw std::invalid_argument("PlaneMap: a map has at most 2147483647 points");
-  const std::vector<Entry> entries = sorted_memberships(points, VoxelMembership(options), wanted);
-  std::vector<std::size_t> starts;
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    if (i == 0 || entries[i].key != entries[i - 1].key) starts.push_back(i);
-  }
-  starts.push_back(entries.size());
-  std::vector<VoxelPlane> voxels(starts.size() - 1);
+  Members members(points, VoxelMembership(options), wanted);
+  std::vector<VoxelPlane> voxels(members.voxels());
   parallel_for(std::size_t{0}, voxels.size(), [&](std::size_t v) {
-    const Eigen::Vector3d reference = points[entries[starts[v]].index].cast<double>();
+    const std::span<const Entry> own = members.of(v);
+    const Eigen::Vector3d reference = points[own.front().index].cast<double>();
     PointMoments moments;
-    for (std::size_t i = starts[v]; i < starts[v + 1]; ++i) {
-      moments.add(points[entries[i].index].cast<double>() - reference);
-    }
-    voxels[v].key = entries[starts[v]].key;
+    for (const Entry& entry : own) moments.add(points[entry.index].cast<double>() - reference);
+    voxels[v].key = own.front().key;
     voxels[v].is_flat = fit_plane(moments, reference, options.fit, voxels[v].plane) ? 1 : 0;
-    if (voxels[v].is_flat != 0) {
-      take_height_from_within(points, std::span(entries).subspan(starts[v], starts[v + 1] - starts[v]), options,
-                              voxels[v].plane);
-    }
+    if (voxels[v].is_flat != 0) take_height_from_within(points, own, options, voxels[v].plane);
   });
   return voxels;
 }

@@ -6,11 +6,8 @@
 
 #include <atomic>
 #include <numeric>
-#include <random>
 #include <stdexcept>
 #include <vector>
-
-#include "core/parallel_sort.h"
 
 namespace lodestone {
 namespace {
@@ -53,16 +50,6 @@ TEST(Parallel, WhatABodyThrowsComesOut) {
   };
   EXPECT_THROW(parallel_for(std::size_t{0}, values.size(), work), std::invalid_argument);
   EXPECT_EQ(values[613], 1);
-}
-
-TEST(Parallel, SortIsTheOrderOfOneThread) {
-  std::mt19937_64 random(1);
-  std::vector<std::uint64_t> values(200000);
-  for (std::uint64_t& value : values) value = random();
-  std::vector<std::uint64_t> expected = values;
-  std::sort(expected.begin(), expected.end());
-  parallel_sort(values.begin(), values.end());
-  EXPECT_EQ(values, expected);
 }
 
 }  // namespace
