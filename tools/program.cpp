@@ -144,6 +144,9 @@ std::string call_error(const CLI::App& app, const CLI::Error& error) {
     return "there is no command '" + name + "'" + (command.app == &app ? "" : " of " + command.name) +
            suggestion(name, commands) + " (known: " + join_names(commands) + ")";
   }
+  if (!commands.empty() && error.get_name() == "RequiredError") {
+    return fmt::format("a command is missing: {}{}", join_names(commands), help);
+  }
   return value_error(*command.app, error) + help;
 }
 
@@ -164,7 +167,7 @@ int run_program(int argument_count, char** arguments, const std::string& revisio
   raise_descriptor_limit();
   CLI::App app{
       "Lodestone reprocesses logs of a robot with LiDAR, IMU and magnetometers against prior maps.\n"
-      "Start with:  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel"};
+      "Start with:  lodestone simulate tunnel --out /tmp/tunnel"};
   app.name("lodestone");
   app.set_version_flag("--version", version);
   app.require_subcommand(1);

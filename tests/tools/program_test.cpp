@@ -56,6 +56,13 @@ TEST(Program, AnUnknownCommandIsNamedAtEveryDepth) {
   expect_refused("rnu a.bag", "there is no command 'rnu'; did you mean 'run'? (known: simulate, ");
   expect_refused("map truht a.yaml", "there is no command 'truht' of lodestone map; did you mean 'truth'? (known: ");
   expect_refused("calibrate camera", "there is no command 'camera' of lodestone calibrate (known: magnetometers)");
+  expect_refused("", "a command is missing: simulate, ");
+  expect_refused("map", "a command is missing: ");
+}
+
+TEST(Program, AShippedFileIsFoundByItsName) {
+  expect_refused("simulate tunel --out /tmp/none", "there is no world 'tunel' in config/worlds (known: carpark, ");
+  expect_refused("simulate tunnel --duration 0.001 --out /tmp/none", "--duration: expected at least one scan");
 }
 
 TEST(Program, ResultsDoNotTakeThePlaceOfWhatTheyComeFrom) {

@@ -189,7 +189,7 @@ void add_magnetometers(CLI::App& parent) {
   command->add_option("--set", call->settings, "one option, as key=value; the keys are below");
   command->footer("Options of --config and --set:\n" + list_options(CalibrationOptions{}) +
                   R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and the map that
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel` and the map that
 `lodestone map magnetic` makes of them:
   lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/calibrated/platform.yaml
@@ -205,7 +205,7 @@ void add_calibrate_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("calibrate", "Calibrate sensors from a log");
   command->require_subcommand(1);
   command->footer(R"(
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` writes:
+Examples, on what `lodestone simulate tunnel --out /tmp/tunnel` writes:
   lodestone calibrate magnetometers /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml
   lodestone calibrate magnetometers --help)");
   add_magnetometers(*command);

@@ -11,7 +11,7 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kCheckExamples = R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and of
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel` and of
 `lodestone map magnetic`:
   lodestone check /tmp/tunnel/log.bag
   lodestone check /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml

@@ -28,7 +28,7 @@ The log: a ROS 1 bag, a ROS 2 bag (.mcap, .db3, its folder), or a folder of CSV 
 the format. Messages with a known counterpart in ROS 1 and ROS 2 are converted (PointCloud2, Imu, MagneticField, Livox'
 CustomMsg). Other messages can only be written to a format of the same ROS.
 
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel`:
   lodestone convert /tmp/tunnel/log.bag --out /tmp/tunnel/log.mcap
   lodestone convert /tmp/tunnel/log.mcap --out /tmp/tunnel/log.db3 --compression zstd
   lodestone convert /tmp/tunnel/log.bag --from 10 --to 20 --out /tmp/tunnel/part.bag)";

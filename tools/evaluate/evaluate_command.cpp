@@ -12,7 +12,7 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kEvaluateExamples = R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone run`:
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel` and `lodestone run`:
   lodestone evaluate /tmp/tunnel/run/smoother/trajectory.tum /tmp/tunnel/truth.tum --interpolate
   lodestone evaluate /tmp/tunnel/run/smoother/trajectory.tum /tmp/tunnel/truth.tum \
       --align se3 --relation rpe --delta 1 \

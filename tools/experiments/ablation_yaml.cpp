@@ -11,6 +11,7 @@
 #include "tools/experiments/ablation.h"
 #include "tools/experiments/switches.h"
 #include "tools/experiments/yaml_parts.h"
+#include "tools/shipped_files.h"
 
 namespace lodestone::ablation {
 
@@ -101,7 +102,7 @@ std::vector<Variant> read_variants(const ConfigurationNode& root, const Ablation
 }  // namespace
 
 std::string find_ablation(const std::string& name) {
-  return reproduce::find_shipped("ablations", "ablation", name);
+  return find_shipped("ablations", "ablation", name);
 }
 
 std::vector<Variant> expand_grid(const ConfigurationNode& grid) {

@@ -204,17 +204,8 @@ std::size_t place_of(const std::string& text, std::vector<std::string>& texts);
 /// Names of the rows of all drives of `group`, in order.
 std::vector<std::string> row_names(const Group& group);
 
-/// The file of an experiment: `name` itself if it is a path (contains '/' or ends in .yaml), else
-/// config/experiments/NAME.yaml below the current folder, in the source tree, or in the installation's share folder.
-/// Throws InputError that lists the known names.
+/// The file of an experiment, by its path or its name in config/experiments (tools/shipped_files.h).
 std::string find_experiment(const std::string& name);
-
-/// The same for files in config/FOLDER. `what`: "experiment".
-std::string find_shipped(const std::string& folder, const std::string& what, const std::string& name);
-
-/// Path of `name` in tools/fleet of the source tree, or in the installation's share folder. Throws InputError if it is
-/// in neither.
-std::string find_fleet_file(const std::string& name);
 
 /// Reads an experiment; with `quick`, its section `quick` (seeds, duration_s, only) replaces values. Throws InputError
 /// with file, line, key and correction; unknown keys, groups, rows, estimators and methods are errors.

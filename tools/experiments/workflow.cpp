@@ -15,6 +15,7 @@
 #include "tools/experiments/child_process.h"
 #include "tools/experiments/experiment.h"
 #include "tools/progress.h"
+#include "tools/shipped_files.h"
 
 namespace lodestone::reproduce {
 

@@ -161,6 +161,9 @@ void execute(const ExportCall& call) {
   const bool may_replace = call.force || call.out.empty();
   if (call.to != "db3") refuse_to_replace(call.out, may_replace);
   if (call.to == "kitti") refuse_to_replace(call.out + ".times", may_replace);
+  if (call.to == "mcap" && out.extension() != ".mcap") {
+    throw InputError(fmt::format("--out {}: expected a name that ends in .mcap, as --to mcap was given", out.string()));
+  }
   if (is_trajectory(call) && !call.log.empty()) {
     throw InputError(fmt::format("--log: --to {} has no scans; omit --log, or use --to mcap", call.to));
   }

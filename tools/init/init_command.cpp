@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr const char* kInitExamples = R"(
 Comments in the file state how each value was found, or that it is a guess. Correct the guesses, then check the file.
 
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel`:
   lodestone init /tmp/tunnel/log.bag --out /tmp/tunnel/robot.yaml
   lodestone check /tmp/tunnel/log.bag --platform /tmp/tunnel/robot.yaml)";
 
@@ -39,6 +39,12 @@ struct InitCall {
 void check_init_call(const InitCall& call) {
   if (!(call.seconds > 0.0))
     throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
+  for (auto log = call.logs.begin(); log != call.logs.end(); ++log) {
+    const auto is_same = [&log](const std::string& other) {
+      return fs::weakly_canonical(other) == fs::weakly_canonical(*log);
+    };
+    if (std::any_of(call.logs.begin(), log, is_same)) throw InputError(fmt::format("LOG: {} is given twice", *log));
+  }
   refuse_to_replace(call.out, call.force);
 }
 

@@ -215,7 +215,7 @@ void add_map_cloud(CLI::App& map) {
   at_least_one(command->add_option("--threads", call->threads,
                                    "number of threads (default: all); the map does not depend on it"));
   command->footer(R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel`:
   lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum --platform /tmp/tunnel/platform.yaml \
       --out /tmp/tunnel/map.pcd
   lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum --platform /tmp/tunnel/platform.yaml \

@@ -306,7 +306,7 @@ void add_map_magnetic(CLI::App& parent) {
   command->add_option("--set", call->settings, "one option, as key.path=value; for keys see below");
   command->footer("Options of --config and --set:\n" + list_options(MagneticMapOptions{}) +
                   R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel`:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
       --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/field.yaml
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
@@ -323,7 +323,7 @@ void add_map_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand("map", "Build cloud maps; build, import and compare magnetic maps");
   command->require_subcommand(1);
   command->footer(R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel`:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
       --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/field.yaml
   lodestone map cloud /tmp/tunnel/log.bag --trajectory /tmp/tunnel/truth.tum \

@@ -17,7 +17,7 @@ namespace lodestone {
 namespace {
 
 constexpr const char* kRunExamples = R"(
-Examples, with the files of `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel`:
+Examples, with the files of `lodestone simulate tunnel --out /tmp/tunnel`:
   lodestone map magnetic /tmp/tunnel/survey.bag --trajectory /tmp/tunnel/survey.tum \
       --platform /tmp/tunnel/platform.yaml --out /tmp/tunnel/field.yaml
   lodestone run /tmp/tunnel/log.bag --platform /tmp/tunnel/platform.yaml --cloud /tmp/tunnel/cloud.pcd \

@@ -85,7 +85,7 @@ void add_map_truth(CLI::App& map) {
   command->add_option("--scene", call->scene, "scene of the world (default: the permanent solids alone)");
   command->add_option("--set", call->settings, "change a key of the world, as for simulate");
   command->footer(R"(
-Examples, on what `lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel` and `lodestone map magnetic` write:
+Examples, on what `lodestone simulate tunnel --out /tmp/tunnel` and `lodestone map magnetic` write:
   lodestone map truth config/worlds/tunnel.yaml --like /tmp/tunnel/field.yaml --out /tmp/tunnel/true_field.yaml
   lodestone map diff /tmp/tunnel/true_field.yaml /tmp/tunnel/field.yaml --out /tmp/tunnel/map_error)");
   command->callback([call] { map_truth(*call); });

@@ -16,6 +16,7 @@
 #include "tools/command_files.h"
 #include "tools/commands.h"
 #include "tools/progress.h"
+#include "tools/shipped_files.h"
 #include "tools/simulate/bag_recorder.h"
 #include "tools/simulate/cloud_map.h"
 #include "tools/simulate/obstacles.h"
@@ -186,9 +187,9 @@ void add_simulate_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "simulate", "Simulate a robot's drive through a world: write its log, ground truth, cloud map and survey");
   CommandFiles files(*command);
-  files.input(command->add_option("world", options->world, "World file (config/worlds/)"))
+  files.input(command->add_option("world", options->world, "Name in config/worlds, or a YAML file"))
       ->required()
-      ->type_name("WORLD.yaml");
+      ->type_name("WORLD");
   files
       .output(
           command->add_option("--out", options->out,
@@ -224,14 +225,17 @@ void add_simulate_command(CLI::App& app) {
                                    "Largest number of threads (default: all); the files do not depend on it"));
   command->footer(
       "Examples:\n"
-      "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/tunnel\n"
-      "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/warehouse --sequence 2 --seed 7 "
+      "  lodestone simulate tunnel --out /tmp/tunnel\n"
+      "  lodestone simulate warehouse --out /tmp/warehouse --sequence 2 --seed 7 "
       "--set sensors.magnetometers.noise_ut=5\n"
-      "  lodestone simulate config/worlds/carpark.yaml --scene 2026-02-06 --only survey --out /tmp/february\n"
-      "  lodestone simulate config/worlds/warehouse.yaml --out /tmp/real --reality field\n"
-      "  lodestone simulate config/worlds/tunnel.yaml --out /tmp/faulty "
+      "  lodestone simulate carpark --scene 2026-02-06 --only survey --out /tmp/february\n"
+      "  lodestone simulate warehouse --out /tmp/real --reality field\n"
+      "  lodestone simulate tunnel --out /tmp/faulty "
       "--set 'faults=[{kind: hard_iron, magnetometer: front_0, offset_ut: [12, -5, 8]}]'");
-  command->callback([options] { simulate(*options); });
+  command->callback([options] {
+    options->world = find_shipped("worlds", "world", options->world);
+    simulate(*options);
+  });
 }
 
 }  // namespace lodestone

@@ -221,6 +221,7 @@ TEST_F(ExportCommand, RefusesInOneLine) {
   expect_refused("export " + run + " --to kitti", "choose one of smoother, lidar-inertial with --estimator");
   expect_refused("export " + run + " --to kitti --log a.bag --estimator smoother", "has no scans");
   expect_refused("export " + run + " --to mcap --out " + path("run/summary.json"), "among the results of");
+  expect_refused("export " + run + " --to mcap --out " + path("m.bag"), "expected a name that ends in .mcap");
   expect_refused("export " + run + " --to mcap --out " + path("run/smoother/x.mcap"), "among the results of");
   fs::create_directory(path("killed"));
   fs::create_directory(path("killed/checkpoint"));

@@ -173,6 +173,8 @@ TEST_F(InitCommand, RefusesAFileThatDoesNotStateTheNoise) {
 TEST_F(InitCommand, RefusesInOneLine) {
   expect_refused("init " + path("log.bag") + " --out " + path("robot.txt"), "expected a name ending in .yaml");
   expect_refused("init " + path("absent.bag") + " --out " + path("robot.yaml"), path("absent.bag"));
+  expect_refused("init " + path("log.bag") + " " + path("./log.bag") + " --out " + path("robot.yaml"),
+                 "is given twice");
   expect_refused("init " + path("log.bag") + " --seconds 0 --out " + path("robot.yaml"), "--seconds: expected");
   EXPECT_FALSE(std::filesystem::exists(path("robot.yaml")));
 }
