@@ -65,7 +65,12 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
     const std::vector<Eigen::Vector3f> all =
         deskew(keyframe.points, keyframe.scan_start, motion, input.suite.lidar.T_imu_lidar);
     const std::size_t every = std::max<std::size_t>(1, all.size() / kPoints);
-    for (std::size_t i = 0; i < all.size(); i += every) points_.push_back(all[i]);
+    std::vector<LidarPoint> chosen;
+    for (std::size_t i = 0; i < all.size(); i += every) {
+      points_.push_back(all[i]);
+      chosen.push_back(keyframe.points[i]);
+    }
+    lidars_.emplace(input.suite.lidars(), chosen);
   }
   if (field_ == nullptr || keyframe.magnetic.empty()) return;
   // One mean reading per magnetometer, over at most the last tenth of a second.
@@ -80,11 +85,13 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
   }
 }
 
-double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
+double PoseSearch::fit(const Pose& T_map_imu, double slack, std::size_t every) const {
   double result = 0.0;
   if (!points_.empty()) {
     const auto reach = static_cast<float>(kPlaneSlack_m * slack);
-    const std::vector<Eigen::Vector3f> places = places_in_map(points_, T_map_imu);
+    std::vector<Eigen::Vector3f> some;
+    for (std::size_t i = 0; every > 1 && i < points_.size(); i += every) some.push_back(points_[i]);
+    const std::vector<Eigen::Vector3f> places = places_in_map(every > 1 ? some : points_, T_map_imu);
     std::vector<const Plane*> planes(places.size());
     planes_->match(places, reach, planes);
     double sum = 0.0;
@@ -92,7 +99,7 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
       if (planes[i] == nullptr) continue;
       sum += 1.0 - std::pow(static_cast<double>(planes[i]->distance(places[i])) / static_cast<double>(reach), 2);
     }
-    result += sum / static_cast<double>(points_.size());
+    result += sum / static_cast<double>(places.size());
   }
   if (!readings_.empty()) {
     double sum = 0.0;
@@ -113,12 +120,34 @@ double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
 double PoseSearch::log_likelihood(const Pose& T_map_imu, const FieldBackground& background) const {
   double result = 0.0;
   if (!points_.empty()) {
-    result -= independent_points(points_.size()) * agreement(points_, T_map_imu, *planes_).cost;
+    result += scan_log_likelihood(points_.size(), agreement(points_, T_map_imu, *planes_).clutter_cost);
   }
-  if (!newest_array_.readings.empty()) {
+  if (has_readings()) {
     result += field_evidence(newest_array_, T_map_imu, input_.suite, *field_, background).log_likelihood;
   }
   return result;
+}
+
+double PoseSearch::log_likelihood_off_map(const Quaternion& attitude, const FieldBackground& background) const {
+  double result = points_.empty() ? 0.0 : scan_log_likelihood_off_map(points_.size());
+  if (has_readings()) {
+    const Pose far{attitude, Vector3::Constant(1e7)};
+    result += field_evidence(newest_array_, far, input_.suite, *field_, background).log_likelihood;
+  }
+  return result;
+}
+
+Pose PoseSearch::registered(const Pose& start) const {
+  if (points_.empty()) return start;
+  constexpr int kRounds = 6;  // a round moves by some decimetres and degrees at most
+  constexpr double kArrived_m = 0.02;
+  Pose pose = start;
+  for (int round = 0; round < kRounds; ++round) {
+    const Pose before = pose;
+    pose = register_scan(points_, before, *planes_, *lidars_, input_.options.lidar.association).T_map_imu;
+    if (pose.boxminus(before).tail<3>().norm() < kArrived_m) break;
+  }
+  return pose;
 }
 
 std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<SearchDirection>& directions,
@@ -127,7 +156,7 @@ std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<Search
   const std::optional<Pose> found = best_fit(about, directions);
   if (!found) return std::nullopt;
   const Eigen::LDLT<Matrix6> prior(covariance);
-  const FieldBackground of_map = newest_array_.readings.empty() ? FieldBackground{} : background();
+  const FieldBackground of_map = has_readings() ? background() : FieldBackground{};
   const auto evidence = [&](const Pose& pose) {
     const Vector6 moved = pose.boxminus(about);
     return log_likelihood(pose, of_map) - 0.5 * moved.dot(prior.solve(moved));

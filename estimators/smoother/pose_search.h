@@ -10,6 +10,9 @@
 
 namespace lodestone {
 
+/// One sigma, within reach of a linearization.
+inline constexpr double kKnown_m = 0.12;
+
 /// A direction of the search: the pose moves by `axis` (φ right, p map) in `steps` steps to either side.
 struct SearchDirection {
   Vector6 axis = Vector6::Zero();  ///< one step
@@ -32,18 +35,27 @@ class PoseSearch {
                            const std::function<FieldBackground()>& background) const;
 
   /// Quality of the fit: the share of points on their planes plus the share of readings that agree with the map, each
-  /// from 0 to 1. Both decrease smoothly over `slack` (1: coarse).
-  double fit(const Pose& T_map_imu, double slack) const;
+  /// from 0 to 1. Both decrease smoothly over `slack` (1: coarse). `every`: of so many points, one is taken.
+  double fit(const Pose& T_map_imu, double slack, std::size_t every = 1) const;
 
   /// ln p(scan, readings | pose) up to a constant, as in the search of the whole map: a scan counts as at most
   /// kIndependentPoints points, and an array's readings share the errors of the map.
   double log_likelihood(const Pose& T_map_imu, const FieldBackground& background) const;
+
+  /// The same data at a place off the map.
+  double log_likelihood_off_map(const Quaternion& attitude, const FieldBackground& background) const;
+
+  /// The pose at which the scan is registered, from `start` (register_scan).
+  Pose registered(const Pose& start) const;
+
+  bool has_readings() const { return !newest_array_.readings.empty(); }
 
  private:
   std::optional<Pose> best_fit(const Pose& about, const std::vector<SearchDirection>& directions) const;
 
   const EstimatorInput& input_;
   std::vector<Eigen::Vector3f> points_;  // imu frame at the scan's end
+  std::optional<ScanLidars> lidars_;     // of the points
   std::shared_ptr<const PlaneMap> planes_;
   struct Reading {
     Pose T_end_mag;

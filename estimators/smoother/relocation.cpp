@@ -2,9 +2,11 @@
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <utility>
 
 #include "estimators/estimate.h"
 #include "estimators/health/health_monitor.h"
+#include "estimators/smoother/gap_search.h"
 
 namespace lodestone {
 
@@ -13,10 +15,11 @@ namespace {
 constexpr double kPlaceStep_m = 0.1;                   // far below the distances over which a field or a wall changes
 constexpr double kStep_rad = 0.0175;                   // 1°
 constexpr double kStartTurn_rad = 7.5 * M_PI / 180.0;  // largest turn of an initial pose: as far as 0.75 m at 6 m
-constexpr double kKnown_m = 0.12;                      // one sigma, within reach of a linearization
 constexpr double kFarthest_m = 6.0;
-constexpr double kLostWait_s = 1.0;  // between two searches for it
-constexpr int kMostSteps = 7;        // along the second direction and of the heading, which limits the size of the grid
+constexpr double kLostWait_s = 1.0;   // between two searches for it
+constexpr double kConfirmed_m = 0.5;  // between the places of two scans, with the IMU's way between them
+constexpr double kConfirmed_rad = 0.1;
+constexpr int kMostSteps = 7;  // along the second direction and of the heading, which limits the size of the grid
 
 SearchDirection shift(const Vector3& direction, double reach_m) {
   SearchDirection result;
@@ -51,17 +54,37 @@ std::optional<Pose> Relocation::better_start(const Keyframe& keyframe, const Nav
                      covariance, [this] { return background(); });
 }
 
+/// A wrong place that fits one scan by chance does not fit the next one where the robot has moved to.
+std::optional<Pose> Relocation::place_after_gap(const Keyframe& keyframe, const NavState& state,
+                                                const std::function<Vector3(int)>& bias_ut) {
+  const Matrix6& covariance = keyframe.predicted_covariance;
+  const PoseSearch search(input_, keyframe, state, bias_ut);
+  const auto found = find_after_gap(search, keyframe.predicted, covariance, input_.options.search.min_probability,
+                                    [this] { return background(); });
+  const auto before = std::exchange(unconfirmed_, std::nullopt);
+  if (!found || position_variance_m2(covariance) < kMostAdrift_m * kMostAdrift_m) return found;
+  if (before) {
+    const Pose expected = before->T_map_imu * (before->predicted.inverse() * keyframe.predicted);
+    const Vector6 apart = found->boxminus(expected);
+    if (apart.tail<3>().norm() < kConfirmed_m && apart.head<3>().norm() < kConfirmed_rad) return found;
+  }
+  unconfirmed_ = {*found, keyframe.predicted};
+  return std::nullopt;
+}
+
 std::optional<Pose> Relocation::better_place(const Keyframe& keyframe, const NavState& state,
                                              const std::function<Vector3(int)>& bias_ut) {
   const Matrix6& covariance = keyframe.predicted_covariance;
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance.bottomRightCorner<3, 3>());
   const Vector3 sigma_m = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   if (!(sigma_m[2] > kKnown_m)) return std::nullopt;
-  if (position_variance_m2(covariance) > kLostSigma_m * kLostSigma_m) {
+  const bool adrift = !keyframe.points.empty() && is_adrift(covariance);
+  if (adrift || position_variance_m2(covariance) > kLostSigma_m * kLostSigma_m) {
     const Time now = keyframe.estimate.time;
-    if (searched_ && to_seconds(now - *searched_) < kLostWait_s) return std::nullopt;
+    if (searched_ && !unconfirmed_ && to_seconds(now - *searched_) < kLostWait_s) return std::nullopt;
     searched_ = now;
   }
+  if (adrift) return place_after_gap(keyframe, state, bias_ut);
   std::vector<SearchDirection> directions{shift(solver.eigenvectors().col(2), std::min(3.0 * sigma_m[2], kFarthest_m))};
   if (sigma_m[1] > kKnown_m) {
     directions.push_back(shift(solver.eigenvectors().col(1), 3.0 * sigma_m[1]));

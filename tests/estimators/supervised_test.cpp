@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <cmath>
 #include <limits>
+#include <random>
 
 #include "estimators/ieskf/ieskf.h"
 #include "frontends/synchronizer/synchronizer.h"
@@ -198,6 +201,49 @@ TEST_F(SupervisedInARoom, AfterAnOutageOfAllSensorsTheRobotIsFoundAgain) {
     }
     if (causal.health == Health::good) expect_near_the_truth(causal, 0.5);
   }
+}
+
+/// No scan for 5 s, in which a poor IMU carries the pose: the errors are as large as the covariance says, and the scans
+/// after it are used at the right place.
+TEST_F(SupervisedInARoom, AfterAGapOfScansTheRightPlaceIsFound) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> unit;
+  constexpr double kRate_hz = 200.0;
+  EstimatorInput input = room_->input;
+  input.field = nullptr;
+  input.suite.magnetometers.clear();
+  input.suite.imu.gyroscope_noise_density = 3e-3;
+  input.suite.imu.accelerometer_noise_density = 0.15;
+  input.initial_pose = truth_.front().pose;
+  input.warnings = &warnings_;
+  const auto noise = [&](double density) {
+    return density * std::sqrt(kRate_hz) * Vector3(unit(random), unit(random), unit(random));
+  };
+  std::vector<ScanBundle> bundles = bundles_;
+  for (ScanBundle& bundle : bundles) {
+    bundle.magnetic.clear();
+    for (ImuSample& sample : bundle.imu) {
+      sample.angular_velocity += noise(input.suite.imu.gyroscope_noise_density);
+      sample.linear_acceleration += noise(input.suite.imu.accelerometer_noise_density);
+    }
+    const double end_s = to_seconds(bundle.scan.end - bundles_.front().scan.start);
+    if (end_s > 4.0 && end_s < 9.0) bundle.scan.points.clear();
+  }
+  const auto smoother = make_estimator("smoother", input);
+  const Estimates result = estimate(*smoother, bundles);
+  expect_every_scan_once(result.bests);
+  double widest_m = 0.0;
+  for (const Estimate& best : result.bests) {
+    if (best.health == Health::lost) continue;
+    const auto truth = interpolate(truth_, best.time, 20'000'000);
+    const Vector3 error = best.state.T_map_imu.position - truth->position;
+    const Matrix3 covariance = best.covariance.bottomRightCorner<3, 3>();
+    EXPECT_LT(error.dot(covariance.ldlt().solve(error)), 30.0) << to_seconds(best.time);
+    widest_m = std::max(widest_m, std::sqrt(covariance.trace()));
+  }
+  EXPECT_GT(widest_m, 0.2);
+  expect_near_the_truth(result.bests.back(), 0.1);
+  EXPECT_EQ(result.causals.back().health, Health::good);
 }
 
 TEST_F(SupervisedInARoom, WithoutACloudMapTheEstimatorContinues) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -72,6 +73,42 @@ TEST_F(RealScans, TheSmootherTracksThemAndTwoMapsDifferByWhatItsCovariancesSay) 
   // The covariance of the rotation is dominated by calibration: the LiDAR's mounting and the IMU's axes.
   EXPECT_LT(rotation / scans, 2.0);
 }
+
+/// After seconds without scans, the IMU alone leaves the place uncertain by more than a registration can correct. The
+/// gap begins in the 60th or 100th of the 176 scans, two a second.
+class GapOfRealScans : public RealScans, public ::testing::WithParamInterface<std::pair<int, int>> {};
+
+TEST_P(GapOfRealScans, LeavesNoWrongPlaceBehind) {
+  const auto [first, scans] = GetParam();
+  const std::filesystem::path log = folder_ / "log";
+  std::filesystem::create_directories(log / "points");
+  std::filesystem::create_symlink(std::filesystem::absolute(data_ / "log/imu.csv"), log / "imu.csv");
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(data_ / "log/points")) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (int i = 0; i < static_cast<int>(files.size()); ++i) {
+    if (i >= first && i < first + scans) continue;
+    const std::filesystem::path& file = files[static_cast<std::size_t>(i)];
+    std::filesystem::create_symlink(std::filesystem::absolute(file), log / "points" / file.filename());
+  }
+  const std::string poses = (data_ / "poses.tum").string();
+  const std::string out = (folder_ / "run").string();
+  const ProgramResult result =
+      run_lodestone("run " + log.string() + " --platform " + (data_ / "platform.yaml").string() + " --cloud " +
+                    (data_ / "map_b.pcd").string() + " --initial-pose-from " + poses + " --truth " + poses +
+                    " --estimator smoother --set smoother.refine=batch --out " + out);
+  EXPECT_TRUE(result.code == 0 || result.code == 3) << result.errors;
+  const auto stages = nlohmann::json::parse(content_of(out + "/smoother/summary.json"))["stages"];
+  for (const std::string& stage : {"smoothed", "batch"}) {
+    const double nees = stages[stage]["nees_position"].get<double>();
+    std::printf("%s: ATE %.3f m, NEES of position %.2f\n", stage.c_str(), stages[stage]["ate_m"].get<double>(), nees);
+    EXPECT_LT(nees, 4.0);
+  }
+  EXPECT_LT(stages["batch"]["ate_m"].get<double>(), 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Gaps, GapOfRealScans,
+                         ::testing::Values(std::pair{60, 10}, std::pair{60, 20}, std::pair{100, 20}));
 
 }  // namespace
 }  // namespace lodestone
