@@ -253,8 +253,8 @@ TEST_F(SimulateCommand, ADriveWithoutAScanIsRefusedBeforeAnythingIsWritten) {
 TEST_F(SimulateCommand, HelpShowsExamples) {
   const ProgramResult help = run_lodestone("simulate --help");
   EXPECT_EQ(help.code, 0);
-  EXPECT_NE(help.output.find("lodestone simulate config/worlds/tunnel.yaml"), std::string::npos);
-  EXPECT_NE(help.output.find("lodestone simulate config/worlds/warehouse.yaml"), std::string::npos);
+  EXPECT_NE(help.output.find("lodestone simulate tunnel --out"), std::string::npos);
+  EXPECT_NE(help.output.find("lodestone simulate warehouse --out"), std::string::npos);
 }
 
 }  // namespace
