@@ -36,7 +36,7 @@ std::vector<Pose> starts_about(const Pose& about, const Matrix6& covariance) {
   const double turn_rad = std::sqrt(std::max(0.0, vertical.dot(covariance.topLeftCorner<3, 3>() * vertical)));
   const Vector3 sigma_m = position.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const auto steps = [](double sigma, double step) {
-    return static_cast<int>(std::ceil(kReachSigmas * sigma / step - 0.5));
+    return static_cast<int>(std::min(std::ceil(kReachSigmas * sigma / step - 0.5), 1.0 * kMostStarts));
   };
   const std::array<int, 4> most{steps(sigma_m[0], kStartStep_m), steps(sigma_m[1], kStartStep_m),
                                 steps(sigma_m[2], kStartStep_m), steps(turn_rad, kStartStep_rad)};

@@ -77,8 +77,9 @@ std::optional<Pose> Relocation::better_place(const Keyframe& keyframe, const Nav
   const Matrix6& covariance = keyframe.predicted_covariance;
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance.bottomRightCorner<3, 3>());
   const Vector3 sigma_m = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  if (!(sigma_m[2] > kKnown_m)) return std::nullopt;
   const bool adrift = !keyframe.points.empty() && is_adrift(covariance);
+  if (!adrift) unconfirmed_.reset();
+  if (!(sigma_m[2] > kKnown_m)) return std::nullopt;
   if (adrift || position_variance_m2(covariance) > kLostSigma_m * kLostSigma_m) {
     const Time now = keyframe.estimate.time;
     if (searched_ && !unconfirmed_ && to_seconds(now - *searched_) < kLostWait_s) return std::nullopt;
