@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/geometry/pose_distance.h"
 #include "core/work_times.h"
 
 namespace lodestone {
@@ -192,8 +193,8 @@ std::optional<StartHypothesis> Supervised::search() {
 /// The search found what the running estimator says: it is the maps that have changed.
 bool Supervised::confirms_estimator(const StartHypothesis& found) const {
   if (stopped_ || is_unknown(newest_.reason)) return false;
-  const Vector6 difference = pose_at_end(found, kept_.front().bundle).boxminus(kept_.front().causal.state.T_map_imu);
-  return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSamePlace_rad;
+  return are_near(pose_at_end(found, kept_.front().bundle), kept_.front().causal.state.T_map_imu, kSamePlace_m,
+                  kSamePlace_rad);
 }
 
 /// An estimate that is only in doubt is not left for a place that fits the same scan and readings worse.

@@ -132,6 +132,16 @@ CommandFiles::Written CommandFiles::with_endings(std::vector<std::string> ending
   };
 }
 
+void check_different(const std::vector<std::string>& logs, const std::string& remedy) {
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      std::error_code ignored;
+      if (logs[i] != logs[j] && !fs::equivalent(logs[i], logs[j], ignored)) continue;
+      throw InputError(logs[i] + ": the log is given twice; " + remedy);
+    }
+  }
+}
+
 CLI::Option* at_least_one(CLI::Option* option) {
   return option->check(
       [](const std::string& text) {

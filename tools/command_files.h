@@ -39,6 +39,9 @@ class CommandFiles {
   std::shared_ptr<Declared> declared_;  ///< shared with the command, which outlives this
 };
 
+/// Throws InputError if two of the logs are the same file or folder. `remedy`: end of the message.
+void check_different(const std::vector<std::string>& logs, const std::string& remedy);
+
 /// Refuses a number of threads below one. Returns the option.
 CLI::Option* at_least_one(CLI::Option* option);
 

@@ -121,4 +121,10 @@ FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, c
   return result;
 }
 
+double field_log_likelihood_off_map(const ArrayReading& array, const Quaternion& attitude, const SensorSuite& suite,
+                                    const MagneticMap& map, const FieldBackground& background) {
+  const Pose far{attitude, Vector3::Constant(1e7)};
+  return field_evidence(array, far, suite, map, background).log_likelihood;
+}
+
 }  // namespace lodestone

@@ -34,4 +34,8 @@ struct FieldEvidence {
 FieldEvidence field_evidence(const ArrayReading& array, const Pose& T_map_imu, const SensorSuite& suite,
                              const MagneticMap& map, const FieldBackground& background);
 
+/// The same at a place far from any map, where only the attitude counts.
+double field_log_likelihood_off_map(const ArrayReading& array, const Quaternion& attitude, const SensorSuite& suite,
+                                    const MagneticMap& map, const FieldBackground& background);
+
 }  // namespace lodestone

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/geometry/pose_distance.h"
 #include "core/imu/scan_motion.h"
 #include "core/lidar/scan_sampling.h"
 #include "core/parallel.h"
@@ -248,9 +249,9 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
     for (std::size_t a = 0; a < order.size(); ++a) {
       Finalist& finalist = finalists[order[a]];
       for (std::size_t b = 0; b < a && !finalist.doubled; ++b) {
-        const Vector6 apart = finalist.last.T_map_imu.boxminus(finalists[order[b]].last.T_map_imu);
+        const Finalist& better = finalists[order[b]];
         finalist.doubled =
-            !finalists[order[b]].doubled && apart.tail<3>().norm() < kSame_m && apart.head<3>().norm() < kSame_rad;
+            !better.doubled && are_near(finalist.last.T_map_imu, better.last.T_map_imu, kSame_m, kSame_rad);
       }
     }
     best = order.front();

@@ -7,6 +7,7 @@
 
 #include "core/angles.h"
 #include "core/error.h"
+#include "core/geometry/pose_distance.h"
 #include "core/magnetometer/localization.h"
 #include "core/parallel.h"
 #include "estimators/initialization/field_search.h"
@@ -36,11 +37,6 @@ std::vector<SiteLevel> levels_of(const PlaneMapSource& planes) {
   return levels;
 }
 
-bool is_same(const Pose& a, const Pose& b) {
-  const Vector6 difference = a.boxminus(b);
-  return difference.tail<3>().norm() < kSamePlace_m && difference.head<3>().norm() < kSameHeading_rad;
-}
-
 /// Best first; of those at the same place, the best.
 std::vector<StartCandidate> different(std::vector<StartCandidate> candidates) {
   std::stable_sort(candidates.begin(), candidates.end(), [](const StartCandidate& a, const StartCandidate& b) {
@@ -49,7 +45,7 @@ std::vector<StartCandidate> different(std::vector<StartCandidate> candidates) {
   std::vector<StartCandidate> result;
   for (const StartCandidate& candidate : candidates) {
     const bool known = std::any_of(result.begin(), result.end(), [&](const StartCandidate& other) {
-      return is_same(other.T_map_imu, candidate.T_map_imu);
+      return are_near(other.T_map_imu, candidate.T_map_imu, kSamePlace_m, kSameHeading_rad);
     });
     if (!known) result.push_back(candidate);
   }
@@ -102,9 +98,7 @@ double StartEvidence::nowhere(std::span<const Eigen::Vector3f> points, const Arr
                               const Quaternion& attitude) const {
   double result = scan_log_likelihood_off_map(points.size());
   if (field_ != nullptr && array != nullptr) {
-    // Far from any map, with any heading.
-    const Pose far{attitude, Vector3::Constant(1e7)};
-    result += field_evidence(*array, far, suite_, *field_, background_).log_likelihood;
+    result += field_log_likelihood_off_map(*array, attitude, suite_, *field_, background_);
   }
   return result;
 }

@@ -1,5 +1,7 @@
 #include "estimators/smoother/gap_search.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <numeric>
 
 #include "core/angles.h"
+#include "core/geometry/pose_distance.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -19,7 +22,6 @@ constexpr double kStartStep_m = 0.3;             // from which a registration co
 constexpr double kStartStep_rad = 3.0 * degree;  // about the vertical; tilt is known better
 constexpr double kStartSlack = 1.5;              // points count within 0.3 m of their plane
 constexpr std::size_t kMostStarts = 400'000;     // a second or two of work; a sigma of about two metres
-constexpr std::size_t kEveryPoint = 4;           // of a scan, for the choice of the starts
 constexpr std::size_t kRegisteredStarts = 100;   // best starts
 constexpr double kOnePlace_m = 0.25;
 constexpr double kOneHeading_rad = 3.0 * degree;
@@ -64,7 +66,7 @@ std::vector<Pose> starts_about(const Pose& about, const Matrix6& covariance) {
 std::vector<Pose> best_of(const PoseSearch& search, std::vector<Pose> starts) {
   std::vector<double> fits(starts.size());
   parallel_for(std::size_t{0}, starts.size(),
-               [&](std::size_t i) { fits[i] = search.fit(starts[i], kStartSlack, kEveryPoint); });
+               [&](std::size_t i) { fits[i] = search.rough_fit(starts[i], kStartSlack); });
   std::vector<std::size_t> order(starts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return fits[a] > fits[b]; });
@@ -74,15 +76,12 @@ std::vector<Pose> best_of(const PoseSearch& search, std::vector<Pose> starts) {
   return best;
 }
 
-bool is_one_place(const Pose& a, const Pose& b) {
-  const Vector6 apart = a.boxminus(b);
-  return apart.tail<3>().norm() < kOnePlace_m && apart.head<3>().norm() < kOneHeading_rad;
-}
-
 }  // namespace
 
-bool is_adrift(const Matrix6& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3> position(covariance.bottomRightCorner<3, 3>(), Eigen::EigenvaluesOnly);
+bool is_adrift(const Keyframe& keyframe) {
+  if (keyframe.points.empty()) return false;
+  const Eigen::SelfAdjointEigenSolver<Matrix3> position(keyframe.predicted_covariance.bottomRightCorner<3, 3>(),
+                                                        Eigen::EigenvaluesOnly);
   return position.eigenvalues()[0] > kKnown_m * kKnown_m;
 }
 
@@ -112,13 +111,26 @@ std::optional<Pose> find_after_gap(const PoseSearch& search, const Pose& about, 
   double others = std::exp(search.log_likelihood_off_map(about.rotation, of_map) - best.evidence);
   std::vector<Pose> different{best.T_map_imu};
   for (const WeighedPlace& place : places) {
-    const auto same = [&place](const Pose& other) { return is_one_place(place.T_map_imu, other); };
+    const auto same = [&place](const Pose& other) {
+      return are_near(place.T_map_imu, other, kOnePlace_m, kOneHeading_rad);
+    };
     if (std::any_of(different.begin(), different.end(), same)) continue;
     different.push_back(place.T_map_imu);
     others += std::exp(place.evidence - best.evidence);
   }
   if (!(1.0 / (1.0 + others) > min_probability)) return std::nullopt;
   return best.T_map_imu;
+}
+
+void leave_out_scan(Keyframe& keyframe, WarningLog* warnings) {
+  keyframe.points.clear();
+  if (warnings == nullptr) return;
+  const Time time = keyframe.estimate.time;
+  warnings->add("smoother.scan_not_used",
+                fmt::format("after a gap of scans or IMU, the place of the scan at {:.3f} s was not found; such scans "
+                            "are not used",
+                            to_seconds(time)),
+                time);
 }
 
 }  // namespace lodestone

@@ -4,9 +4,12 @@
 
 namespace lodestone {
 
-/// Whether no direction of the position is known to within reach of a linearization, as after seconds without scans.
-/// `covariance`: order φ, p. Where some direction is known, Relocation searches along the others.
-bool is_adrift(const Matrix6& covariance);
+/// One sigma, within reach of a linearization.
+inline constexpr double kKnown_m = 0.12;
+
+/// Whether a keyframe has a scan, and no direction of its predicted position is known to kKnown_m, as after seconds
+/// without scans. Where some direction is known, Relocation searches along the others.
+bool is_adrift(const Keyframe& keyframe);
 
 /// Of a place that find_after_gap found (φ right, p map), for the gate of the association.
 Matrix6 covariance_after_gap();
@@ -18,5 +21,8 @@ Matrix6 covariance_after_gap();
 /// called only if there are readings.
 std::optional<Pose> find_after_gap(const PoseSearch& search, const Pose& about, const Matrix6& covariance,
                                    double min_probability, const std::function<FieldBackground()>& background);
+
+/// Removes the points of a scan whose place is not known, with a warning (null: none).
+void leave_out_scan(Keyframe& keyframe, WarningLog* warnings);
 
 }  // namespace lodestone

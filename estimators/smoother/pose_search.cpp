@@ -17,6 +17,7 @@ namespace lodestone {
 namespace {
 
 constexpr std::size_t kPoints = 400;     // of a scan, since a grid has thousands of poses
+constexpr std::size_t kFewer = 4;        // of these points, one is used for a rough fit
 constexpr double kPlaneSlack_m = 0.2;    // distance from the plane at which a point still counts
 constexpr double kFieldSlack_ut = 4.0;   // change of the field within a step of the grid
 constexpr double kClearlyBetter = 0.12;  // difference of the shares that fit
@@ -71,6 +72,7 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
       chosen.push_back(keyframe.points[i]);
     }
     lidars_.emplace(input.suite.lidars(), chosen);
+    for (std::size_t i = 0; i < points_.size(); i += kFewer) few_points_.push_back(points_[i]);
   }
   if (field_ == nullptr || keyframe.magnetic.empty()) return;
   // One mean reading per magnetometer, over at most the last tenth of a second.
@@ -85,13 +87,19 @@ PoseSearch::PoseSearch(const EstimatorInput& input, const Keyframe& keyframe, co
   }
 }
 
-double PoseSearch::fit(const Pose& T_map_imu, double slack, std::size_t every) const {
+double PoseSearch::fit(const Pose& T_map_imu, double slack) const {
+  return fit_of(points_, T_map_imu, slack);
+}
+
+double PoseSearch::rough_fit(const Pose& T_map_imu, double slack) const {
+  return fit_of(few_points_, T_map_imu, slack);
+}
+
+double PoseSearch::fit_of(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, double slack) const {
   double result = 0.0;
-  if (!points_.empty()) {
+  if (!points.empty()) {
     const auto reach = static_cast<float>(kPlaneSlack_m * slack);
-    std::vector<Eigen::Vector3f> some;
-    for (std::size_t i = 0; every > 1 && i < points_.size(); i += every) some.push_back(points_[i]);
-    const std::vector<Eigen::Vector3f> places = places_in_map(every > 1 ? some : points_, T_map_imu);
+    const std::vector<Eigen::Vector3f> places = places_in_map(points, T_map_imu);
     std::vector<const Plane*> planes(places.size());
     planes_->match(places, reach, planes);
     double sum = 0.0;
@@ -131,8 +139,7 @@ double PoseSearch::log_likelihood(const Pose& T_map_imu, const FieldBackground& 
 double PoseSearch::log_likelihood_off_map(const Quaternion& attitude, const FieldBackground& background) const {
   double result = points_.empty() ? 0.0 : scan_log_likelihood_off_map(points_.size());
   if (has_readings()) {
-    const Pose far{attitude, Vector3::Constant(1e7)};
-    result += field_evidence(newest_array_, far, input_.suite, *field_, background).log_likelihood;
+    result += field_log_likelihood_off_map(newest_array_, attitude, input_.suite, *field_, background);
   }
   return result;
 }

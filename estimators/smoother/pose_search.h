@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/magnetometer/field_evidence.h"
@@ -9,9 +10,6 @@
 #include "estimators/smoother/keyframe.h"
 
 namespace lodestone {
-
-/// One sigma, within reach of a linearization.
-inline constexpr double kKnown_m = 0.12;
 
 /// A direction of the search: the pose moves by `axis` (φ right, p map) in `steps` steps to either side.
 struct SearchDirection {
@@ -35,8 +33,11 @@ class PoseSearch {
                            const std::function<FieldBackground()>& background) const;
 
   /// Quality of the fit: the share of points on their planes plus the share of readings that agree with the map, each
-  /// from 0 to 1. Both decrease smoothly over `slack` (1: coarse). `every`: of so many points, one is taken.
-  double fit(const Pose& T_map_imu, double slack, std::size_t every = 1) const;
+  /// from 0 to 1. Both decrease smoothly over `slack` (1: coarse).
+  double fit(const Pose& T_map_imu, double slack) const;
+
+  /// The same with a quarter of the points.
+  double rough_fit(const Pose& T_map_imu, double slack) const;
 
   /// ln p(scan, readings | pose) up to a constant, as in the search of the whole map: a scan counts as at most
   /// kIndependentPoints points, and an array's readings share the errors of the map.
@@ -51,11 +52,13 @@ class PoseSearch {
   bool has_readings() const { return !newest_array_.readings.empty(); }
 
  private:
+  double fit_of(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, double slack) const;
   std::optional<Pose> best_fit(const Pose& about, const std::vector<SearchDirection>& directions) const;
 
   const EstimatorInput& input_;
   std::vector<Eigen::Vector3f> points_;  // imu frame at the scan's end
-  std::optional<ScanLidars> lidars_;     // of the points
+  std::vector<Eigen::Vector3f> few_points_;
+  std::optional<ScanLidars> lidars_;  // of the points
   std::shared_ptr<const PlaneMap> planes_;
   struct Reading {
     Pose T_end_mag;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/geometry/pose_distance.h"
 #include "estimators/estimate.h"
 #include "estimators/health/health_monitor.h"
 #include "estimators/smoother/gap_search.h"
@@ -54,9 +55,15 @@ std::optional<Pose> Relocation::better_start(const Keyframe& keyframe, const Nav
                      covariance, [this] { return background(); });
 }
 
+bool Relocation::waits(Time now) const {
+  return searched_ && to_seconds(now - *searched_) < kLostWait_s;
+}
+
 /// A wrong place that fits one scan by chance does not fit the next one where the robot has moved to.
 std::optional<Pose> Relocation::place_after_gap(const Keyframe& keyframe, const NavState& state,
                                                 const std::function<Vector3(int)>& bias_ut) {
+  if (!unconfirmed_ && waits(keyframe.estimate.time)) return std::nullopt;
+  searched_ = keyframe.estimate.time;
   const Matrix6& covariance = keyframe.predicted_covariance;
   const PoseSearch search(input_, keyframe, state, bias_ut);
   const auto found = find_after_gap(search, keyframe.predicted, covariance, input_.options.search.min_probability,
@@ -65,8 +72,7 @@ std::optional<Pose> Relocation::place_after_gap(const Keyframe& keyframe, const 
   if (!found || position_variance_m2(covariance) < kMostAdrift_m * kMostAdrift_m) return found;
   if (before) {
     const Pose expected = before->T_map_imu * (before->predicted.inverse() * keyframe.predicted);
-    const Vector6 apart = found->boxminus(expected);
-    if (apart.tail<3>().norm() < kConfirmed_m && apart.head<3>().norm() < kConfirmed_rad) return found;
+    if (are_near(*found, expected, kConfirmed_m, kConfirmed_rad)) return found;
   }
   unconfirmed_ = {*found, keyframe.predicted};
   return std::nullopt;
@@ -77,15 +83,12 @@ std::optional<Pose> Relocation::better_place(const Keyframe& keyframe, const Nav
   const Matrix6& covariance = keyframe.predicted_covariance;
   const Eigen::SelfAdjointEigenSolver<Matrix3> solver(covariance.bottomRightCorner<3, 3>());
   const Vector3 sigma_m = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const bool adrift = !keyframe.points.empty() && is_adrift(covariance);
-  if (!adrift) unconfirmed_.reset();
+  unconfirmed_.reset();  // of a gap that is over
   if (!(sigma_m[2] > kKnown_m)) return std::nullopt;
-  if (adrift || position_variance_m2(covariance) > kLostSigma_m * kLostSigma_m) {
-    const Time now = keyframe.estimate.time;
-    if (searched_ && !unconfirmed_ && to_seconds(now - *searched_) < kLostWait_s) return std::nullopt;
-    searched_ = now;
+  if (position_variance_m2(covariance) > kLostSigma_m * kLostSigma_m) {
+    if (waits(keyframe.estimate.time)) return std::nullopt;
+    searched_ = keyframe.estimate.time;
   }
-  if (adrift) return place_after_gap(keyframe, state, bias_ut);
   std::vector<SearchDirection> directions{shift(solver.eigenvectors().col(2), std::min(3.0 * sigma_m[2], kFarthest_m))};
   if (sigma_m[1] > kKnown_m) {
     directions.push_back(shift(solver.eigenvectors().col(1), 3.0 * sigma_m[1]));

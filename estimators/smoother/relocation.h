@@ -20,16 +20,19 @@ class Relocation {
   std::optional<Pose> better_start(const Keyframe& keyframe, const NavState& state, const Matrix6& covariance);
 
   /// The pose along directions in which the prediction is too uncertain for a linearization, within three sigmas of
-  /// `keyframe.predicted`; where none is certain, that of find_after_gap. Empty if all directions are certain enough,
-  /// or if no pose fits clearly better. An estimate that is lost or adrift is searched for only once a second: the
-  /// search reaches some metres at most.
+  /// `keyframe.predicted`. Empty if all directions are certain enough, or if no pose fits clearly better. An estimate
+  /// that is lost is searched for only once a second, because the search reaches 6 m at most.
   std::optional<Pose> better_place(const Keyframe& keyframe, const NavState& state,
                                    const std::function<Vector3(int)>& bias_ut);
 
- private:
-  FieldBackground background();
+  /// That of find_after_gap, for a keyframe that is adrift: searched for once a second. Above a sigma of kMostAdrift_m,
+  /// the search of the next scan must find the same.
   std::optional<Pose> place_after_gap(const Keyframe& keyframe, const NavState& state,
                                       const std::function<Vector3(int)>& bias_ut);
+
+ private:
+  FieldBackground background();
+  bool waits(Time now) const;
 
   /// Where a scan after a gap was found, and where it was predicted.
   struct Found {

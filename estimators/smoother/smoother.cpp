@@ -231,28 +231,22 @@ void Smoother::relocate() {
   Keyframe& keyframe = *keyframes_.back();
   const std::size_t newest = window_->size() - 1;
   if (newest == 0) return;
-  const bool adrift = input_.planes != nullptr && !keyframe.points.empty() && is_adrift(keyframe.predicted_covariance);
-  const auto found = relocation_.better_place(keyframe, window_->state(newest), [&](int magnetometer) {
-    return window_->magnetometer_bias(newest, magnetometer);
-  });
-  if (adrift && found) {
-    warn_of_move("smoother.found_again", "the scan after a gap does not fit where the IMU predicts it",
-                 keyframe.predicted, *found, keyframe.estimate.time);
-    NavState state = window_->state(newest);
-    state.T_map_imu = *found;
-    window_->set_state(newest, state);
-    keyframe.gate_covariance = covariance_after_gap();
+  const auto bias_ut = [&](int magnetometer) { return window_->magnetometer_bias(newest, magnetometer); };
+  if (is_adrift(keyframe)) {
+    const auto found = relocation_.place_after_gap(keyframe, window_->state(newest), bias_ut);
+    if (found) {
+      warn_of_move("smoother.found_again", "the scan after a gap does not fit where the IMU predicts it",
+                   keyframe.predicted, *found, keyframe.estimate.time);
+      NavState state = window_->state(newest);
+      state.T_map_imu = *found;
+      window_->set_state(newest, state);
+      keyframe.gate_covariance = covariance_after_gap();
+    } else if (position_variance_m2(keyframe.predicted_covariance) > kMostAdrift_m * kMostAdrift_m) {
+      leave_out_scan(keyframe, input_.warnings);
+    }
     return;
   }
-  if (adrift && position_variance_m2(keyframe.predicted_covariance) > kMostAdrift_m * kMostAdrift_m) {
-    keyframe.points.clear();
-    if (input_.warnings == nullptr) return;
-    input_.warnings->add("smoother.scan_not_used",
-                         fmt::format("after a gap of scans or IMU, the place of the scan at {:.3f} s was not found; "
-                                     "such scans are not used",
-                                     to_seconds(keyframe.estimate.time)),
-                         keyframe.estimate.time);
-  }
+  const auto found = relocation_.better_place(keyframe, window_->state(newest), bias_ut);
   if (!found) return;
   warn_of_move("smoother.found_again", "scan and field do not fit at the pose predicted by the IMU", keyframe.predicted,
                *found, keyframe.estimate.time);

@@ -39,12 +39,7 @@ struct InitCall {
 void check_init_call(const InitCall& call) {
   if (!(call.seconds > 0.0))
     throw InputError(fmt::format("--seconds: expected a number above 0, found {}", call.seconds));
-  for (auto log = call.logs.begin(); log != call.logs.end(); ++log) {
-    const auto is_same = [&log](const std::string& other) {
-      return fs::weakly_canonical(other) == fs::weakly_canonical(*log);
-    };
-    if (std::any_of(call.logs.begin(), log, is_same)) throw InputError(fmt::format("LOG: {} is given twice", *log));
-  }
+  check_different(call.logs, "omit one");
   refuse_to_replace(call.out, call.force);
 }
 

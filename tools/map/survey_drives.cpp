@@ -37,17 +37,6 @@ void check_speed(const SurveyDrive& drive) {
       drive.trajectory_file, high_m_s, kFastestSurvey_m_s));
 }
 
-/// Refuses a log that is given twice: equal noise of both copies would count as the field.
-void check_different(const std::vector<std::string>& logs) {
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      std::error_code ignored;
-      if (logs[i] != logs[j] && !std::filesystem::equivalent(logs[i], logs[j], ignored)) continue;
-      throw InputError(logs[i] + ": the log is given twice; expected different drives: omit one, and its --trajectory");
-    }
-  }
-}
-
 }  // namespace
 
 std::string SurveyFiles::names(const std::vector<std::string>& paths) {
@@ -75,7 +64,8 @@ std::vector<SurveyDrive> read_survey_drives(const SurveyFiles& survey, const Vec
                     "repeat --trajectory FILE for each log",
                     survey.trajectories.size(), survey.logs.size(), SurveyFiles::names(survey.logs)));
   }
-  check_different(survey.logs);
+  // Equal noise of both copies would count as the field.
+  check_different(survey.logs, "expected different drives: omit one, and its --trajectory");
   std::vector<SurveyDrive> drives;
   for (std::size_t i = 0; i < survey.logs.size(); ++i) {
     drives.push_back({survey.logs[i], survey.trajectories[i], read_trajectory(survey.trajectories[i], origin_m)});
