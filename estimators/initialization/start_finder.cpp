@@ -82,7 +82,7 @@ std::vector<std::size_t> stations_of(const std::vector<NavState>& states) {
 }
 
 /// Propagates a tracked state back through the IMU to the log's begin. There the first scan with points is registered
-/// again, now deskewed; the resulting shift corrects the velocity.
+/// again, now deskewed, unless the state is that of this scan; the resulting shift corrects the velocity.
 StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled, const NavState& state,
                               std::span<const ImuSample> imu, const EstimatorInput& input) {
   NavState tracked = state;
@@ -96,6 +96,7 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
   const Time scan_time = std::max<Time>(1'000'000, bundle.scan.end - bundle.scan.start);
   const double lag_s = to_seconds(settled - bundle.scan.end);
   const Vector3 velocity = (end.position - back.pose(bundle.scan.end - scan_time).position) / to_seconds(scan_time);
+  if (lag_s < kLeastLag_s) return {.T_map_imu = start, .velocity = velocity, .lidar = {}, .field = {}};
   const auto planes = input.planes->around(end.position);
   Vector3 correction = Vector3::Zero();
   Pose registered = end;
@@ -104,7 +105,7 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
     const StartScan again =
         prepare_start(bundle, to_imu * Vector3::UnitZ(), to_imu * (velocity + correction), input.suite);
     registered = register_scan(again.points, end, *planes, again.lidars, input.options.lidar.association).T_map_imu;
-    if (lag_s >= kLeastLag_s) correction = (end.position - registered.position) / lag_s;
+    correction = (end.position - registered.position) / lag_s;
   }
   StartHypothesis result;
   result.T_map_imu = registered * (end.inverse() * start);
@@ -115,7 +116,8 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
 
 /// A finalist with the evidence of all scans so far.
 struct Finalist {
-  Finalist(const EstimatorInput& input, const Pose& pose_at_start) : track(input, pose_at_start) {}
+  Finalist(const EstimatorInput& input, const Pose& pose_at_start, StartTracking tracking)
+      : track(input, pose_at_start, tracking) {}
   StartTrack track;
   StartCandidate last;
   double log_likelihood = 0.0;
@@ -189,11 +191,12 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
 
   // Candidates that fit about as well as the best are tracked.
   const Pose T_end_start = ScanMotion(still, bundle.imu).relative_pose(bundle.scan.start);
+  const StartTracking tracking = tracking_of(rest);
   std::vector<Finalist> finalists;
   for (const StartCandidate& candidate : candidates.found) {
     if (finalists.size() == kFinalists) break;
     if (candidate.log_likelihood < candidates.found.front().log_likelihood - kFinalistMargin) break;
-    finalists.emplace_back(input_, candidate.T_map_imu * T_end_start);
+    finalists.emplace_back(input_, candidate.T_map_imu * T_end_start, tracking);
   }
   // The other candidates keep the probability from the first scan.
   double others = 0.0;
@@ -274,7 +277,8 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return probabilities[a] > probabilities[b]; });
   if (order.size() > kReported) order.resize(kReported);
-  const std::size_t settled = std::min(end_of(kSettled_s), tracked) - 1;
+  // A pair's first state is that of the first scan.
+  const std::size_t settled = tracking == StartTracking::pairs ? 0 : std::min(end_of(kSettled_s), tracked) - 1;
   const std::vector<ImuSample> to_settled = imu_of(bundles.subspan(0, first + settled + 1));
   for (const std::size_t i : order) {
     const Finalist& finalist = finalists[i];

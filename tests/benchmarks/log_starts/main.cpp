@@ -37,8 +37,17 @@ struct Call {
 
 struct Counts {
   int starts = 0, right_sure = 0, right_unsure = 0, wrong_unsure = 0, wrong_sure = 0;
-  std::vector<double> errors_m, data_s, wall_s;
+  std::vector<double> errors_m, errors_m_s, data_s, wall_s;
 };
+
+/// Mean velocity over a second around `time`.
+Vector3 velocity_at(const Trajectory& truth, Time time) {
+  const Time half = 500'000'000;
+  const std::optional<Pose> before = interpolate(truth, time - half, largest_gap);
+  const std::optional<Pose> after = interpolate(truth, time + half, largest_gap);
+  if (!before || !after) return Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  return (after->position - before->position) / to_seconds(2 * half);
+}
 
 /// One search: the bundles begin with the scan at which the robot is looked for.
 void search(const StartFinder& finder, std::vector<ScanBundle> bundles, const Trajectory& truth, Counts& counts) {
@@ -57,7 +66,11 @@ void search(const StartFinder& finder, std::vector<ScanBundle> bundles, const Tr
   if (!found.best.empty()) {
     const Vector6 error = found.best.front().T_map_imu.boxminus(*pose);
     right = error.tail<3>().norm() < right_m && error.head<3>().norm() < right_rad;
-    if (right) counts.errors_m.push_back(error.tail<3>().norm());
+    if (right) {
+      counts.errors_m.push_back(error.tail<3>().norm());
+      const double error_m_s = (found.best.front().velocity - velocity_at(truth, begin)).norm();
+      if (std::isfinite(error_m_s)) counts.errors_m_s.push_back(error_m_s);
+    }
     probability = found.best.front().probability;
   }
   ++(right ? (found.sure ? counts.right_sure : counts.right_unsure)
@@ -67,9 +80,11 @@ void search(const StartFinder& finder, std::vector<ScanBundle> bundles, const Tr
              found.candidates, found.doubt.empty() ? "" : ": ", found.doubt);
   for (const StartHypothesis& one : found.best) {
     const Vector6 error = one.T_map_imu.boxminus(*pose);
-    fmt::print(stderr, "    off {:.2f} m {:.1f} deg, p {:.5f}, scan cost {:.3f} share {:.3f}, field {:.1f}\n",
-               error.tail<3>().norm(), error.head<3>().norm() * 180.0 / std::numbers::pi, one.probability,
-               one.lidar.clutter_cost, one.lidar.share, one.field.log_likelihood);
+    fmt::print(stderr,
+               "    off {:.2f} m {:.1f} deg {:.2f} m/s, p {:.5f}, scan cost {:.3f} share {:.3f}, field {:.1f}\n",
+               error.tail<3>().norm(), error.head<3>().norm() * 180.0 / std::numbers::pi,
+               (one.velocity - velocity_at(truth, begin)).norm(), one.probability, one.lidar.clutter_cost,
+               one.lidar.share, one.field.log_likelihood);
   }
 }
 
@@ -110,16 +125,15 @@ Counts searches(const Call& call, const std::filesystem::path& folder) {
 void run(const Call& call) {
   fmt::print(
       "| log | starts | right, sure | right, not sure | wrong, not sure | wrong, sure | error m, median / largest | "
-      "data s, "
-      "median | search s, median |\n|---|---|---|---|---|---|---|---|---|\n");
+      "error m/s, median / largest | data s, median | search s, median |\n|---|---|---|---|---|---|---|---|---|---|\n");
   for (const std::string& folder : call.folders) {
     const std::filesystem::path path(folder);
     const Counts counts = searches(call, path);
-    fmt::print("| {}{} | {} | {} | {} | {} | {} | {:.3f} / {:.3f} | {:.1f} | {:.1f} |\n", path.filename().string(),
-               call.max_range_m > 0.0 ? fmt::format(", {:g} m", call.max_range_m) : "", counts.starts,
-               counts.right_sure, counts.right_unsure, counts.wrong_unsure, counts.wrong_sure,
-               quantile(counts.errors_m, 0.5), quantile(counts.errors_m, 1.0), quantile(counts.data_s, 0.5),
-               quantile(counts.wall_s, 0.5));
+    fmt::print("| {}{} | {} | {} | {} | {} | {} | {:.3f} / {:.3f} | {:.2f} / {:.2f} | {:.1f} | {:.1f} |\n",
+               path.filename().string(), call.max_range_m > 0.0 ? fmt::format(", {:g} m", call.max_range_m) : "",
+               counts.starts, counts.right_sure, counts.right_unsure, counts.wrong_unsure, counts.wrong_sure,
+               quantile(counts.errors_m, 0.5), quantile(counts.errors_m, 1.0), quantile(counts.errors_m_s, 0.5),
+               quantile(counts.errors_m_s, 1.0), quantile(counts.data_s, 0.5), quantile(counts.wall_s, 0.5));
     std::fflush(stdout);
   }
 }

@@ -128,6 +128,37 @@ TEST_F(StartInARoom, IsFoundUnderWayWithItsVelocity) {
   }
 }
 
+/// Of each `every` scans after the first, the last one with the measurements of all.
+std::vector<ScanBundle> rare_scans(const std::vector<ScanBundle>& bundles, std::size_t every) {
+  std::vector<ScanBundle> result{bundles.front()};
+  for (std::size_t i = 1; i + every <= bundles.size(); i += every) {
+    ScanBundle rare = bundles[i + every - 1];
+    rare.imu.clear();
+    rare.magnetic.clear();
+    for (std::size_t k = i; k < i + every; ++k) {
+      for (const ImuSample& sample : bundles[k].imu) {
+        if (rare.imu.empty() || sample.time > rare.imu.back().time) rare.imu.push_back(sample);
+      }
+      rare.magnetic.insert(rare.magnetic.end(), bundles[k].magnetic.begin(), bundles[k].magnetic.end());
+    }
+    result.push_back(rare);
+  }
+  return result;
+}
+
+/// Between two scans, the robot moves by more than a registration corrects.
+TEST_F(StartInARoom, IsFoundUnderWayByRareScans) {
+  const StartFinder finder(room_->input);
+  for (const simulation::RandomStart& start : starts(4, 1.0)) {
+    const Beginning log = beginning(start, 2.5);
+    const FoundStart found = finder.find(rare_scans(log.bundles, 5));
+    EXPECT_TRUE(found.sure) << found.doubt;
+    ASSERT_FALSE(found.best.empty());
+    EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 0.08);
+    EXPECT_LT((found.best.front().velocity - log.velocity).norm(), 0.15);
+  }
+}
+
 TEST_F(StartInARoom, IsAmongTheResultsIfTheScanSeesOnlyTheFloorAndPeople) {
   const StartFinder finder(room_->input);
   for (const simulation::RandomStart& start : starts(4, 0.0)) {
