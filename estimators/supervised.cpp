@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.h"
 #include "core/geometry/pose_distance.h"
@@ -86,8 +87,12 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
   const WorkTimer timer(Work::health);
   const Time now = bundle.scan.end;
   if (stopped_) {
-    report_lost(bundle, sink);
+    report_lost(bundle, HealthReason::searching, sink);
   } else {
+    if (const auto doubt = std::exchange(left_in_doubt_, std::nullopt)) {
+      report_lost(bundle, *doubt, sink);
+      reported_ = now;
+    }
     estimate(bundle, sink);
     const bool lost = newest_.health == Health::lost;
     if (!lost) lost_since_.reset();
@@ -139,13 +144,13 @@ void Supervised::settle_search(const char* kind, const char* outcome) {
   unconfirmed_.reset();
 }
 
-void Supervised::report_lost(const ScanBundle& bundle, EstimateSink& sink) {
+void Supervised::report_lost(const ScanBundle& bundle, HealthReason reason, EstimateSink& sink) {
   Estimate unknown;
   unknown.time = bundle.scan.end;
   unknown.state = newest_.state;
   unknown.covariance = Matrix6::Identity() * 1e6;
   unknown.health = Health::lost;
-  unknown.reason = HealthReason::searching;
+  unknown.reason = reason;
   sink.causal(unknown);
   if (input_.options.smoother.refine != Refinement::none) sink.smoothed(unknown);
   sink.best(unknown);
@@ -208,7 +213,9 @@ bool Supervised::outweighs_estimator(const StartHypothesis& found) {
   return outweighs(monitor_.evidence(first.bundle, there), monitor_.evidence(first.bundle, first.causal));
 }
 
+/// A trajectory that goes on elsewhere was lost, also where the estimator before was only in doubt.
 void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {
+  if (!stopped_ && newest_.health != Health::lost) left_in_doubt_ = newest_.reason;
   if (!stopped_) stop_estimator(sink);
   const Vector3& p = found.T_map_imu.position;
   unconfirmed_ = {fmt::format("lost at {:.3f} s; the search found the position {:.2f} {:.2f} {:.2f} at {:.3f} s",

@@ -44,7 +44,7 @@ class Supervised final : public Estimator {
   };
 
   void estimate(const ScanBundle& bundle, EstimateSink& sink);
-  void report_lost(const ScanBundle& bundle, EstimateSink& sink);
+  void report_lost(const ScanBundle& bundle, HealthReason reason, EstimateSink& sink);
   void stop_estimator(EstimateSink& sink);
   void suspect(Time now);
   void keep(const ScanBundle& bundle);
@@ -70,6 +70,7 @@ class Supervised final : public Estimator {
   double wait_s_ = 0.0;  // between the next search and the one after it
   std::unique_ptr<StartFinder> finder_;
   std::optional<FoundPlace> unconfirmed_;
+  std::optional<HealthReason> left_in_doubt_;  // the estimator before was not lost; the next scan says that it was left
   bool searchable_;
   std::optional<CalibrationEstimate> best_calibration_;  // of estimators before this one
   std::int64_t best_scans_ = 0;

@@ -30,6 +30,33 @@ class LosesItsState final : public Estimator {
   void finish(EstimateSink& /*sink*/) override {}
 };
 
+/// In a room that looks the same from both ends, says that the robot is at the other one, 0.25 m beside where the
+/// scan fits best. Most readings contradict it.
+class AtTheOtherEnd final : public Estimator {
+ public:
+  explicit AtTheOtherEnd(const Trajectory& truth) : truth_(truth) {}
+  void process(const ScanBundle& bundle, EstimateSink& sink) override {
+    Estimate estimate;
+    estimate.time = bundle.scan.end;
+    const Pose half_turn{Quaternion(Eigen::AngleAxisd(M_PI, Vector3::UnitZ())), {0.25, 0.0, 0.0}};
+    const auto place = [&](Time time) { return half_turn * interpolate(truth_, time, 20'000'000).value(); };
+    constexpr Time kStep = 10'000'000;
+    estimate.state.T_map_imu = place(estimate.time);
+    estimate.state.velocity =
+        (estimate.state.T_map_imu.position - place(estimate.time - kStep).position) / to_seconds(kStep);
+    estimate.covariance = 1e-4 * Matrix6::Identity();
+    estimate.diagnostics.correspondences = 500;
+    estimate.diagnostics.magnetic_samples = 8;
+    estimate.diagnostics.magnetic_weight = 0.1;
+    sink.causal(estimate);
+    sink.best(estimate);
+  }
+  void finish(EstimateSink& /*sink*/) override {}
+
+ private:
+  const Trajectory& truth_;
+};
+
 struct Estimates final : EstimateSink {
   std::vector<Estimate> causals;
   std::vector<Estimate> bests;
@@ -123,6 +150,33 @@ TEST_F(SupervisedInARoom, AnEstimatorThatLosesItsStateIsReplaced) {
     found = true;
     expect_near_the_truth(causal, 0.1);
   }
+}
+
+/// A place that is left was wrong or is now: exit code and status must not say that all is well.
+TEST_F(SupervisedInARoom, AnEstimatorThatIsLeftInDoubtWasLost) {
+  int made = 0;
+  Supervised supervised(wrong_input(), Reckoning::learned_imu,
+                        [&](const EstimatorInput& input) -> std::unique_ptr<Estimator> {
+                          if (++made == 1) return std::make_unique<AtTheOtherEnd>(truth_);
+                          return std::make_unique<IteratedFilter>(input);
+                        });
+  const Estimates result = estimate(supervised, bundles_);
+  EXPECT_EQ(made, 2);
+  expect_every_scan_once(result.causals);
+  expect_every_scan_once(result.bests);
+  int lost = 0;
+  int good_again = 0;
+  for (const Estimate& causal : result.causals) {
+    if (causal.health == Health::lost) {
+      ++lost;
+      EXPECT_EQ(causal.reason, HealthReason::field_off_map);
+    } else if (lost > 0) {
+      ++good_again;
+      expect_near_the_truth(causal, 0.1);
+    }
+  }
+  EXPECT_EQ(lost, 1);
+  EXPECT_GT(good_again, 0);
 }
 
 TEST_F(SupervisedInARoom, AnEstimatorAtAWrongPlaceIsLostAndFoundAgain) {
