@@ -96,8 +96,9 @@ TEST_F(RealScans, TheSmootherTracksThemAndTwoMapsDifferByWhatItsCovariancesSay) 
 class GapOfRealScans : public RealScans, public ::testing::WithParamInterface<std::pair<int, int>> {};
 
 TEST_P(GapOfRealScans, LeavesNoWrongPlaceBehind) {
-  const auto [first, scans] = GetParam();
-  const std::string log = log_with([&](int scan) { return scan < first || scan >= first + scans; });
+  const int first = GetParam().first;
+  const int after = first + GetParam().second;
+  const std::string log = log_with([=](int scan) { return scan < first || scan >= after; });
   const std::string poses = (data_ / "poses.tum").string();
   const std::string out = (folder_ / "run").string();
   const ProgramResult result =
