@@ -9,6 +9,7 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "estimators/initialization/scan_registration.h"
+#include "estimators/initialization/start_scan.h"
 
 namespace lodestone {
 
@@ -23,12 +24,8 @@ constexpr int kRounds = 3;              // of deskewing and registering
 
 /// A part of a scan's points, with their times.
 struct TimedScan {
-  TimedScan(const ScanBundle& measured, const SensorSuite& suite) : bundle(measured) {
-    const std::vector<LidarPoint>& all = bundle.scan.points;
-    const std::size_t count = std::min(all.size(), kCompared);
-    for (std::size_t i = 0; i < count; ++i) points.push_back(all[i * all.size() / count]);
-    lidars = ScanLidars(suite.lidars(), points);
-  }
+  TimedScan(const ScanBundle& measured, const SensorSuite& suite)
+      : bundle(measured), points(thinned(measured.scan.points, kCompared)), lidars(suite.lidars(), points) {}
   double mean_age_s() const {
     const std::vector<float> ages = ages_at(bundle.scan.end, points, bundle.scan.start);
     return std::accumulate(ages.begin(), ages.end(), 0.0) / static_cast<double>(ages.size());
@@ -36,7 +33,7 @@ struct TimedScan {
 
   const ScanBundle& bundle;
   std::vector<LidarPoint> points;
-  ScanLidars lidars{LidarModel{}};
+  ScanLidars lidars;
 };
 
 /// Hypotheses of the velocity at the end of the first of two scans.
@@ -47,14 +44,9 @@ class ScanPair {
         scans_{TimedScan(bundles.front(), input.suite), TimedScan(bundles.back(), input.suite)},
         state_(state),
         variance_m2_s2_(sigma_m_s * sigma_m_s),
+        between_(imu_of(bundles.subspan(1))),
         age_s_(scans_[0].mean_age_s()),
-        lag_s_(to_seconds(bundles.back().scan.end - bundles.front().scan.end)) {
-    for (const ScanBundle& bundle : bundles.subspan(1)) {
-      for (const ImuSample& sample : bundle.imu) {
-        if (between_.empty() || sample.time > between_.back().time) between_.push_back(sample);
-      }
-    }
-  }
+        lag_s_(to_seconds(bundles.back().scan.end - bundles.front().scan.end)) {}
 
   double lag_s() const { return lag_s_; }
 

@@ -6,9 +6,6 @@
 
 namespace lodestone {
 
-/// Distance from which a registration converges (register_scan).
-inline constexpr double kConverges_m = 0.3;
-
 /// The states at the ends of two scans.
 struct PairMotion {
   NavState first;

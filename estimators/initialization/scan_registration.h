@@ -14,9 +14,12 @@ struct RegisteredScan {
   Matrix6 information = Matrix6::Zero();  ///< of LiDAR alone, tangent order φ, p
 };
 
-/// Registers a scan to the planes from a pose with an error up to about 0.3 m and 2°, from near points to far ones, by
-/// Gauss-Newton on the condensed cost. The pose does not move along directions that LiDAR does not observe. `points`:
-/// imu frame.
+/// Distance from which register_scan converges.
+inline constexpr double kConverges_m = 0.3;
+
+/// Registers a scan to the planes from a pose with an error up to about kConverges_m and 2°, from near points to far
+/// ones, by Gauss-Newton on the condensed cost. The pose does not move along directions that LiDAR does not observe.
+/// `points`: imu frame.
 RegisteredScan register_scan(std::span<const Eigen::Vector3f> points, const Pose& start, const PlaneMap& map,
                              const ScanLidars& lidars, const AssociationOptions& options);
 

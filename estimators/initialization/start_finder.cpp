@@ -17,8 +17,7 @@ namespace lodestone {
 
 namespace {
 
-constexpr std::size_t kLeastPoints = 100;  // least points of a scan for the search
-constexpr double kFinalistMargin = 14.0;   // log-likelihood below the best
+constexpr double kFinalistMargin = 14.0;  // log-likelihood below the best
 constexpr std::size_t kFinalists = 12;
 constexpr double kFirstLook_s = 1.0;      // of tracking, before deciding whether more data is required
 constexpr double kSettled_s = 0.5;        // of tracking, after which the pose has converged
@@ -28,16 +27,6 @@ constexpr double kSame_m = 0.3;
 constexpr double kSame_rad = 3.0 * std::numbers::pi / 180.0;
 constexpr std::size_t kReported = 5;
 constexpr double kFoundSigma_m = 0.5;  // of a found pose: the search distinguishes places, an estimator refines them
-
-std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
-  std::vector<ImuSample> samples;
-  for (const ScanBundle& bundle : bundles) {
-    for (const ImuSample& sample : bundle.imu) {
-      if (samples.empty() || sample.time > samples.back().time) samples.push_back(sample);  // bundles share end samples
-    }
-  }
-  return samples;
-}
 
 /// The bundle with a part of its points: each scan is sampled once for all hypotheses.
 ScanBundle sampled(ScanBundle bundle, const SensorSuite& suite, const ScanSamplingOptions& sampling) {
@@ -82,7 +71,7 @@ std::vector<std::size_t> stations_of(const std::vector<NavState>& states) {
 }
 
 /// Propagates a tracked state back through the IMU to the log's begin. There the first scan with points is registered
-/// again, now deskewed, unless the state is that of this scan; the resulting shift corrects the velocity.
+/// again, now deskewed, and the resulting shift corrects the velocity, unless the state follows too soon for that.
 StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled, const NavState& state,
                               std::span<const ImuSample> imu, const EstimatorInput& input) {
   NavState tracked = state;
@@ -157,13 +146,14 @@ std::optional<StartHypothesis> StartFinder::find_sure(std::span<const ScanBundle
 
 FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_too) const {
   FoundStart result;
-  const auto usable = std::find_if(bundles.begin(), bundles.end(),
-                                   [](const ScanBundle& bundle) { return bundle.scan.points.size() >= kLeastPoints; });
+  const auto usable = std::find_if(bundles.begin(), bundles.end(), [](const ScanBundle& bundle) {
+    return bundle.scan.points.size() >= kLeastStartPoints;
+  });
   if (usable == bundles.end()) {
     throw InputError(
         fmt::format("--initial-pose auto: expected a scan of at least {} points in the log's first {} s, found none; "
                     "give the initial pose",
-                    kLeastPoints, options_.data_s));
+                    kLeastStartPoints, options_.data_s));
   }
   const auto first = static_cast<std::size_t>(usable - bundles.begin());
   const std::span<const ScanBundle> rest = bundles.subspan(first);

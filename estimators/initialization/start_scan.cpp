@@ -30,6 +30,16 @@ std::uint64_t scrambled(std::uint64_t counter) {
 
 }  // namespace
 
+std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles) {
+  std::vector<ImuSample> samples;
+  for (const ScanBundle& bundle : bundles) {
+    for (const ImuSample& sample : bundle.imu) {
+      if (samples.empty() || sample.time > samples.back().time) samples.push_back(sample);  // bundles share end samples
+    }
+  }
+  return samples;
+}
+
 Vector3 mean_up(std::span<const ImuSample> samples) {
   Vector3 sum = Vector3::Zero();
   Quaternion turn = Quaternion::Identity();  // rotates vectors from the present imu frame to that at the first sample

@@ -27,6 +27,21 @@ struct StartScan {
   std::optional<GroundPlane> ground;    ///< empty if the scan has no level floor below the robot
 };
 
+/// Fewest points of a scan that the search uses.
+inline constexpr std::size_t kLeastStartPoints = 100;
+
+/// At most `most` of the points, evenly distributed over their order.
+template <class Point>
+std::vector<Point> thinned(std::vector<Point> points, std::size_t most) {
+  if (points.size() <= most) return points;
+  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
+  points.resize(most);
+  return points;
+}
+
+/// The samples of successive bundles, which share those at their ends.
+std::vector<ImuSample> imu_of(std::span<const ScanBundle> bundles);
+
 /// The direction opposite to gravity in the imu frame at the first sample's time: the mean of the accelerometer over
 /// all samples, rotated there by the gyroscope. A change of velocity of 1 m/s within 5 s tilts it by 1°.
 Vector3 mean_up(std::span<const ImuSample> samples);

@@ -52,14 +52,6 @@ std::vector<StartCandidate> different(std::vector<StartCandidate> candidates) {
   return result;
 }
 
-template <class Point>
-std::vector<Point> thinned(std::vector<Point> points, std::size_t most) {
-  if (points.size() <= most) return points;
-  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
-  points.resize(most);
-  return points;
-}
-
 }  // namespace
 
 StartEvidence::StartEvidence(const SensorSuite& suite, const MagneticMap* field) : suite_(suite), field_(field) {

@@ -5,6 +5,8 @@
 #include "estimators/health/health_monitor.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/initialization/scan_pair.h"
+#include "estimators/initialization/scan_registration.h"
+#include "estimators/initialization/start_scan.h"
 
 namespace lodestone {
 
@@ -13,7 +15,6 @@ namespace {
 constexpr double kPositionSigma_m = 0.15;
 constexpr double kRotationSigma_deg = 1.0;
 constexpr double kVelocitySigma_m_s = 1.5;
-constexpr std::size_t kLeastPairPoints = 100;
 
 EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start) {
   input.initial_pose = pose_at_start;
@@ -81,7 +82,7 @@ void StartTrack::follow_in_pairs(const ScanBundle& bundle) {
   }
   since_.push_back(bundle);
   states_.push_back(propagate(states_.back(), bundle.imu, input_->suite.imu, nullptr));
-  if (bundle.scan.points.size() < kLeastPairPoints) return;
+  if (bundle.scan.points.size() < kLeastStartPoints) return;
   const auto first = states_.end() - static_cast<std::ptrdiff_t>(since_.size());
   const PairMotion motion = find_motion(since_, *first, kVelocitySigma_m_s, *input_);
   *first = motion.first;

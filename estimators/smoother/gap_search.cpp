@@ -12,13 +12,13 @@
 #include "core/angles.h"
 #include "core/geometry/pose_distance.h"
 #include "core/parallel.h"
+#include "estimators/initialization/scan_registration.h"
 
 namespace lodestone {
 
 namespace {
 
 constexpr double kReachSigmas = 3.0;
-constexpr double kStartStep_m = 0.3;             // from which a registration converges (register_scan)
 constexpr double kStartStep_rad = 3.0 * degree;  // about the vertical; tilt is known better
 constexpr double kStartSlack = 1.5;              // points count within 0.3 m of their plane
 constexpr std::size_t kMostStarts = 400'000;     // a second or two of work; a sigma of about two metres
@@ -40,8 +40,8 @@ std::vector<Pose> starts_about(const Pose& about, const Matrix6& covariance) {
   const auto steps = [](double sigma, double step) {
     return static_cast<int>(std::min(std::ceil(kReachSigmas * sigma / step - 0.5), 1.0 * kMostStarts));
   };
-  const std::array<int, 4> most{steps(sigma_m[0], kStartStep_m), steps(sigma_m[1], kStartStep_m),
-                                steps(sigma_m[2], kStartStep_m), steps(turn_rad, kStartStep_rad)};
+  const std::array<int, 4> most{steps(sigma_m[0], kConverges_m), steps(sigma_m[1], kConverges_m),
+                                steps(sigma_m[2], kConverges_m), steps(turn_rad, kStartStep_rad)};
   double count = 1.0;
   for (const int each : most) count *= 2.0 * each + 1.0;
   std::vector<Pose> starts;
@@ -49,7 +49,7 @@ std::vector<Pose> starts_about(const Pose& about, const Matrix6& covariance) {
   for (int x = -most[0]; x <= most[0]; ++x) {
     for (int y = -most[1]; y <= most[1]; ++y) {
       for (int z = -most[2]; z <= most[2]; ++z) {
-        const Vector3 shift = kStartStep_m * Vector3(x, y, z);
+        const Vector3 shift = kConverges_m * Vector3(x, y, z);
         if (shift.cwiseQuotient(sigma_m).norm() > kReachSigmas + 0.5) continue;
         for (int turn = -most[3]; turn <= most[3]; ++turn) {
           Vector6 step;

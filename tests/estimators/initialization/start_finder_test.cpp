@@ -133,12 +133,9 @@ std::vector<ScanBundle> rare_scans(const std::vector<ScanBundle>& bundles, std::
   std::vector<ScanBundle> result{bundles.front()};
   for (std::size_t i = 1; i + every <= bundles.size(); i += every) {
     ScanBundle rare = bundles[i + every - 1];
-    rare.imu.clear();
+    rare.imu = imu_of(std::span(bundles).subspan(i, every));
     rare.magnetic.clear();
     for (std::size_t k = i; k < i + every; ++k) {
-      for (const ImuSample& sample : bundles[k].imu) {
-        if (rare.imu.empty() || sample.time > rare.imu.back().time) rare.imu.push_back(sample);
-      }
       rare.magnetic.insert(rare.magnetic.end(), bundles[k].magnetic.begin(), bundles[k].magnetic.end());
     }
     result.push_back(rare);
