@@ -31,8 +31,8 @@ class BatchRefinement {
   /// The calibration estimated by the last refinement.
   const CalibrationEstimate& calibration() const { return calibration_; }
 
-  /// Refines, and returns the estimates of all keyframes in order of time, with covariances from one factorization. If
-  /// `progress` stops the refinement, returns the window's estimates.
+  /// Refines, and returns the estimates of all keyframes in order of time, with covariances from one factorization.
+  /// Returns the window's estimates if `progress` stops the refinement or if the refined poses contradict them.
   std::vector<Estimate> refine(const Progress& progress);
 
  private:
@@ -47,6 +47,9 @@ class BatchRefinement {
   /// Keyframes that moved or turned further than this since they were associated.
   std::vector<std::size_t> moved(const SlidingWindow& window, double further_m, double further_deg) const;
   void warn_if_unsettled(const SlidingWindow& window) const;
+  /// Whether the refined poses are further from the window's than the window's covariances allow; warns if so
+  /// (docs/design/029-batch-by-cholmod.md).
+  bool contradicts(const SlidingWindow& window) const;
 
   const EstimatorInput& input_;
   const KeyframeMeasurements& measurements_;

@@ -120,6 +120,19 @@ TEST(BatchRefinement, KeepsWhatTheWindowGaveWhenItIsStopped) {
   expect_same(stages.best_estimates, stages.smoothed_estimates);
 }
 
+// Without magnetometers nothing but the IMU knows the way along the bore, and the batch takes its bend for knowledge.
+TEST(BatchRefinement, KeepsWhatTheWindowGaveWhereItContradictsIt) {
+  const Drive& drive = shared_drive();
+  EstimatorInput input = batch_input();
+  input.field = nullptr;
+  WarningLog warnings;
+  input.warnings = &warnings;
+  const Stages stages = run_stages(input, drive.bundles);
+  expect_same(stages.best_estimates, stages.smoothed_estimates);
+  EXPECT_EQ(warnings.count("batch.refused"), 1);
+  EXPECT_LT(accuracy(stages.best_estimates, drive.truth).nees, 2.0);
+}
+
 TEST(BatchRefinement, RefinesARunWithoutLidarAndOneWithoutMagnetometers) {
   const std::vector<ScanBundle> bundles(shared_drive().bundles.begin(), shared_drive().bundles.begin() + 100);
   EstimatorInput input = batch_input();
