@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/error.h"
@@ -18,6 +19,10 @@ constexpr double kFirstSearch_s = 1.5;  // of data
 constexpr double kEarlyWait_s = 5.0;    // up to it, waits between searches grow slowly: three searches in ten seconds
 constexpr double kBlind_s = 1.0;        // IMU gap, after which scans before and after it have nothing in common
 constexpr double kForget_s = 10.0;      // without suspicion, after which the next search does not wait
+// How fast a robot can be, against the fastest that it was.
+constexpr double kFaster = 1.5;
+constexpr double kLeastSpeed_m_s = 2.0;
+constexpr double kReachMargin_m = 1.0;
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.2;
 
@@ -113,7 +118,7 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
   keep(bundle);
   if (kept_.empty()) return;
   const std::optional<StartHypothesis> found = search();
-  if (found && !confirms_estimator(*found) && outweighs_estimator(*found)) start_again(*found, sink);
+  if (found && !confirms_estimator(*found) && outweighs_estimator(*found) && reaches(*found)) start_again(*found, sink);
 }
 
 void Supervised::suspect(Time now) {
@@ -133,7 +138,16 @@ void Supervised::estimate(const ScanBundle& bundle, EstimateSink& sink) {
     estimator_->process(bundle, judging);
   }
   ++scans_;
-  if (newest_.health == Health::good) settle_search("run.found_again", "");
+  if (newest_.health != Health::good) {
+    good_since_.reset();
+    return;
+  }
+  settle_search("run.found_again", "");
+  if (!good_since_) good_since_ = newest_.time;
+  if (to_seconds(newest_.time - *good_since_) < kStop_s) return;
+  last_good_ = Seen{newest_.time, newest_.state.T_map_imu.position,
+                    kReachMargin_m + 3.0 * std::sqrt(position_variance_m2(newest_.covariance))};
+  fastest_m_s_ = std::max(fastest_m_s_, newest_.state.velocity.norm());
 }
 
 /// Says what became of the last place that a search found.
@@ -195,6 +209,23 @@ std::optional<StartHypothesis> Supervised::search() {
   return std::nullopt;
 }
 
+/// Whether the robot can have driven to the found place since the last good estimate, or, if it seems to have been
+/// wrong, from the place that an earlier search found.
+bool Supervised::reaches(const StartHypothesis& found) {
+  const Time when = kept_.front().bundle.scan.start;
+  const double speed_m_s = std::max(kLeastSpeed_m_s, kFaster * fastest_m_s_);
+  const auto reaches_from = [&](const Seen& seen) {
+    const double way_m = speed_m_s * to_seconds(when - seen.time);
+    return (found.T_map_imu.position - seen.position).norm() <= seen.around_m + way_m;
+  };
+  if (!last_good_ || reaches_from(*last_good_)) return true;
+  const bool confirmed = out_of_reach_ && reaches_from(*out_of_reach_);
+  out_of_reach_ = Seen{when, found.T_map_imu.position, kReachMargin_m};
+  // The next search has other scans.
+  next_search_ = kept_.back().bundle.scan.end + from_seconds(input_.options.search.data_s);
+  return confirmed;
+}
+
 /// The search found what the running estimator says: it is the maps that have changed.
 bool Supervised::confirms_estimator(const StartHypothesis& found) const {
   if (stopped_ || is_unknown(newest_.reason)) return false;
@@ -226,6 +257,8 @@ void Supervised::start_again(const StartHypothesis& found, EstimateSink& sink) {
   estimator_ = make_(begin_at(found, input_));
   stopped_ = false;
   scans_ = 0;
+  good_since_.reset();
+  out_of_reach_.reset();
   lost_since_.reset();
   suspect_since_.reset();
   monitor_.restart();

@@ -43,12 +43,20 @@ class Supervised final : public Estimator {
     Time time;
   };
 
+  /// Where the robot was at a time, with the distance from there that is possible at that time.
+  struct Seen {
+    Time time;
+    Vector3 position;
+    double around_m;
+  };
+
   void estimate(const ScanBundle& bundle, EstimateSink& sink);
   void report_lost(const ScanBundle& bundle, HealthReason reason, EstimateSink& sink);
   void stop_estimator(EstimateSink& sink);
   void suspect(Time now);
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
+  bool reaches(const StartHypothesis& found);
   bool confirms_estimator(const StartHypothesis& found) const;
   bool outweighs_estimator(const StartHypothesis& found);
   void start_again(const StartHypothesis& found, EstimateSink& sink);
@@ -60,7 +68,11 @@ class Supervised final : public Estimator {
   bool stopped_ = false;  // the estimator was lost, and has handed out its estimates
   std::int64_t scans_ = 0;
   HealthMonitor monitor_;
-  Estimate newest_;                    // causal
+  Estimate newest_;  // causal
+  std::optional<Time> good_since_;
+  std::optional<Seen> last_good_;      // after some seconds of good estimates
+  std::optional<Seen> out_of_reach_;   // found by a search, too far from the last good estimate
+  double fastest_m_s_ = 0.0;           // of these
   Time reported_ = -1;                 // estimates up to then were reported by an estimator before this one
   std::optional<Time> suspect_since_;  // lost, or contradicted by the maps
   std::optional<Time> lost_since_;

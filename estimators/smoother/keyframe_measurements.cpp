@@ -35,6 +35,10 @@ double sigma_of_a_point(const CondensedCost& cost) {
   return cost.weight_sum > 0.0 ? std::sqrt(static_cast<double>(cost.count) / cost.weight_sum) : 0.0;
 }
 
+/// A direction that no field holds beside LiDAR is degenerate only beyond this sigma, far from halls (up to 0.02 m) and
+/// from tunnels (from 0.07 m, most of it spurious; docs/design/068).
+constexpr double kAlone_m = 0.03;
+
 /// Least sigma of bends, as the log shows them, whose displacement is estimated: in a straight map, the estimate costs
 /// accuracy (docs/design/069).
 constexpr double kBent_m = 0.005;
@@ -162,6 +166,11 @@ void KeyframeMeasurements::hold_height(Keyframe& keyframe) const {
   }
 }
 
+bool KeyframeMeasurements::has_field(const Keyframe& keyframe, const Vector3& position) const {
+  return input_.field != nullptr && !keyframe.magnetic.empty() &&
+         input_.field->query(position, input_.options.magnetic.interpolation).has_value();
+}
+
 Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavState& state,
                                          const std::function<Matrix6(double noise_subtracted)>& known) const {
   DegeneracyOptions options = input_.options.degeneracy;
@@ -170,6 +179,8 @@ Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavStat
     return analyse_by_eigenvalue(keyframe.unit_hessian, options);
   }
   options.max_sigma_m = std::max(options.max_sigma_m, sigma_of_a_point(keyframe.lidar.cost));
+  // What a mask takes from LiDAR here, nothing gives back.
+  if (!has_field(keyframe, state.T_map_imu.position)) options.max_sigma_m = std::max(options.max_sigma_m, kAlone_m);
   const double lever_arm_m = std::max(keyframe.lidar.cost.range_rms_m, 1.0);
   const Vector3 up = state.T_map_imu.rotation.conjugate() * -state.gravity.normalized();
   if (options.rule == DegeneracyRule::probabilistic) {

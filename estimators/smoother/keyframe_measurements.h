@@ -68,6 +68,9 @@ class KeyframeMeasurements {
   void set_wheels(const Keyframe& keyframe, const NavState& state, std::size_t k, SlidingWindow& window) const;
 
  private:
+  /// Whether readings of the keyframe lie on the field map.
+  bool has_field(const Keyframe& keyframe, const Vector3& position) const;
+
   void hold_height(Keyframe& keyframe) const;  // replaces the scan's correspondences
   bool at_level(const Pose& T_map_imu) const;
 

@@ -192,6 +192,37 @@ TEST_F(SupervisedInARoom, AnEstimatorAtAWrongPlaceIsLostAndFoundAgain) {
 }
 
 // The LiDAR is mounted 3 degrees from what the platform file says. The smoother finds this, and moves scans by it.
+void shift(ScanBundle& bundle, Time by) {
+  bundle.scan.start += by;
+  bundle.scan.end += by;
+  for (ImuSample& sample : bundle.imu) sample.time += by;
+  for (MagneticArraySample& sample : bundle.magnetic) sample.time += by;
+}
+
+/// No robot drives 5.5 m within a scan. Before, the first search was believed.
+TEST_F(SupervisedInARoom, APlaceOutOfReachIsFoundTwiceBeforeItIsBelieved) {
+  testing::RoomDrive drive = testing::drive_through_room(3, 24.0);
+  constexpr std::size_t kJump = 40;
+  constexpr std::size_t kScans = 55;
+  const Time jump = drive.bundles[kJump].scan.start;
+  const Time left_out = drive.bundles[kJump + kScans].scan.start - jump;
+  drive.bundles.erase(drive.bundles.begin() + kJump, drive.bundles.begin() + kJump + kScans);
+  for (std::size_t i = kJump; i < drive.bundles.size(); ++i) shift(drive.bundles[i], -left_out);
+  const auto filter = make_estimator("ieskf", drive.room.input);
+  const Estimates result = estimate(*filter, drive.bundles);
+  double found_after_s = 0.0;
+  for (const Estimate& causal : result.causals) {
+    if (causal.health != Health::good || causal.time <= jump) continue;
+    const auto truth = interpolate(drive.truth, causal.time + left_out, 20'000'000);
+    ASSERT_TRUE(truth);
+    const bool right = (causal.state.T_map_imu.position - truth->position).norm() < 0.1;
+    if (right && found_after_s == 0.0) found_after_s = to_seconds(causal.time - jump);
+    EXPECT_TRUE(right || causal.time < jump + 2'000'000'000) << to_seconds(causal.time - jump);
+  }
+  std::printf("found after %.2f s\n", found_after_s);
+  EXPECT_GT(found_after_s, drive.room.input.options.search.data_s);
+}
+
 TEST_F(SupervisedInARoom, AScanIsJudgedWhereTheSmootherSeesIt) {
   EstimatorInput input = room_->input;
   input.initial_pose = truth_.front().pose;
