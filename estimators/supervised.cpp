@@ -23,6 +23,7 @@ constexpr double kForget_s = 10.0;      // without suspicion, after which the ne
 constexpr double kFaster = 1.5;
 constexpr double kLeastSpeed_m_s = 2.0;
 constexpr double kReachMargin_m = 1.0;
+constexpr int kConfirmedWithin = 3;  // times the length of a search's data
 constexpr double kSamePlace_m = 0.5;
 constexpr double kSamePlace_rad = 0.2;
 
@@ -118,7 +119,8 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
   keep(bundle);
   if (kept_.empty()) return;
   const std::optional<StartHypothesis> found = search();
-  if (found && !confirms_estimator(*found) && outweighs_estimator(*found) && reaches(*found)) start_again(*found, sink);
+  if (found && !confirms_estimator(*found) && outweighs_estimator(*found) && is_reachable(*found))
+    start_again(*found, sink);
 }
 
 void Supervised::suspect(Time now) {
@@ -145,6 +147,7 @@ void Supervised::estimate(const ScanBundle& bundle, EstimateSink& sink) {
   settle_search("run.found_again", "");
   if (!good_since_) good_since_ = newest_.time;
   if (to_seconds(newest_.time - *good_since_) < kStop_s) return;
+  out_of_reach_.reset();
   last_good_ = Seen{newest_.time, newest_.state.T_map_imu.position,
                     kReachMargin_m + 3.0 * std::sqrt(position_variance_m2(newest_.covariance))};
   fastest_m_s_ = std::max(fastest_m_s_, newest_.state.velocity.norm());
@@ -209,21 +212,30 @@ std::optional<StartHypothesis> Supervised::search() {
   return std::nullopt;
 }
 
-/// Whether the robot can have driven to the found place since the last good estimate, or, if it seems to have been
-/// wrong, from the place that an earlier search found.
-bool Supervised::reaches(const StartHypothesis& found) {
+/// Whether to believe that the robot is at the found place: it can have driven there since the last good estimate, or
+/// an earlier search found it where it can have come from.
+bool Supervised::is_reachable(const StartHypothesis& found) {
   const Time when = kept_.front().bundle.scan.start;
-  const double speed_m_s = std::max(kLeastSpeed_m_s, kFaster * fastest_m_s_);
-  const auto reaches_from = [&](const Seen& seen) {
+  const double usual_m_s = std::max(kLeastSpeed_m_s, kFaster * fastest_m_s_);
+  const auto can_come_from = [&](const Seen& seen, double speed_m_s) {
     const double way_m = speed_m_s * to_seconds(when - seen.time);
-    return (found.T_map_imu.position - seen.position).norm() <= seen.around_m + way_m;
+    return (found.T_map_imu.position - seen.position).norm() <= seen.radius_m + way_m;
   };
-  if (!last_good_ || reaches_from(*last_good_)) return true;
-  const bool confirmed = out_of_reach_ && reaches_from(*out_of_reach_);
+  if (!last_good_ || can_come_from(*last_good_, usual_m_s)) return true;
+  // The next search has other scans; the first one comes soon.
+  const Time data = from_seconds(input_.options.search.data_s);
+  const Time next = kept_.back().bundle.scan.end + data;
+  if (out_of_reach_ && when - out_of_reach_->time <= kConfirmedWithin * data) {
+    if (can_come_from(*out_of_reach_, std::max(usual_m_s, kFaster * found.velocity.norm()))) {
+      last_good_.reset();
+      return true;
+    }
+    next_search_ = std::max(next_search_, next);
+  } else {
+    next_search_ = next;
+  }
   out_of_reach_ = Seen{when, found.T_map_imu.position, kReachMargin_m};
-  // The next search has other scans.
-  next_search_ = kept_.back().bundle.scan.end + from_seconds(input_.options.search.data_s);
-  return confirmed;
+  return false;
 }
 
 /// The search found what the running estimator says: it is the maps that have changed.

@@ -47,7 +47,7 @@ class Supervised final : public Estimator {
   struct Seen {
     Time time;
     Vector3 position;
-    double around_m;
+    double radius_m;
   };
 
   void estimate(const ScanBundle& bundle, EstimateSink& sink);
@@ -56,7 +56,7 @@ class Supervised final : public Estimator {
   void suspect(Time now);
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
-  bool reaches(const StartHypothesis& found);
+  bool is_reachable(const StartHypothesis& found);
   bool confirms_estimator(const StartHypothesis& found) const;
   bool outweighs_estimator(const StartHypothesis& found);
   void start_again(const StartHypothesis& found, EstimateSink& sink);

@@ -179,7 +179,7 @@ Degeneracy KeyframeMeasurements::analyse(const Keyframe& keyframe, const NavStat
     return analyse_by_eigenvalue(keyframe.unit_hessian, options);
   }
   options.max_sigma_m = std::max(options.max_sigma_m, sigma_of_a_point(keyframe.lidar.cost));
-  // What a mask takes from LiDAR here, nothing gives back.
+  // Without a field, a masked direction is left to the IMU, and to wheels.
   if (!has_field(keyframe, state.T_map_imu.position)) options.max_sigma_m = std::max(options.max_sigma_m, kAlone_m);
   const double lever_arm_m = std::max(keyframe.lidar.cost.range_rms_m, 1.0);
   const Vector3 up = state.T_map_imu.rotation.conjugate() * -state.gravity.normalized();

@@ -57,6 +57,14 @@ class AtTheOtherEnd final : public Estimator {
   const Trajectory& truth_;
 };
 
+/// Everything but wheels, which the room's robot does not have.
+void shift(ScanBundle& bundle, Time by) {
+  bundle.scan.start += by;
+  bundle.scan.end += by;
+  for (ImuSample& sample : bundle.imu) sample.time += by;
+  for (MagneticArraySample& sample : bundle.magnetic) sample.time += by;
+}
+
 struct Estimates final : EstimateSink {
   std::vector<Estimate> causals;
   std::vector<Estimate> bests;
@@ -191,14 +199,6 @@ TEST_F(SupervisedInARoom, AnEstimatorAtAWrongPlaceIsLostAndFoundAgain) {
   expect_every_scan_once(result.bests);
 }
 
-// The LiDAR is mounted 3 degrees from what the platform file says. The smoother finds this, and moves scans by it.
-void shift(ScanBundle& bundle, Time by) {
-  bundle.scan.start += by;
-  bundle.scan.end += by;
-  for (ImuSample& sample : bundle.imu) sample.time += by;
-  for (MagneticArraySample& sample : bundle.magnetic) sample.time += by;
-}
-
 /// No robot drives 5.5 m within a scan. Before, the first search was believed.
 TEST_F(SupervisedInARoom, APlaceOutOfReachIsFoundTwiceBeforeItIsBelieved) {
   testing::RoomDrive drive = testing::drive_through_room(3, 24.0);
@@ -223,6 +223,7 @@ TEST_F(SupervisedInARoom, APlaceOutOfReachIsFoundTwiceBeforeItIsBelieved) {
   EXPECT_GT(found_after_s, drive.room.input.options.search.data_s);
 }
 
+// The LiDAR is mounted 3 degrees from what the platform file says. The smoother finds this, and moves scans by it.
 TEST_F(SupervisedInARoom, AScanIsJudgedWhereTheSmootherSeesIt) {
   EstimatorInput input = room_->input;
   input.initial_pose = truth_.front().pose;
