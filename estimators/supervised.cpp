@@ -119,7 +119,7 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
   keep(bundle);
   if (kept_.empty()) return;
   const std::optional<StartHypothesis> found = search();
-  if (found && !confirms_estimator(*found) && outweighs_estimator(*found) && is_reachable(*found))
+  if (found && !confirms_estimator(*found) && outweighs_estimator(*found) && believes(*found))
     start_again(*found, sink);
 }
 
@@ -214,7 +214,7 @@ std::optional<StartHypothesis> Supervised::search() {
 
 /// Whether to believe that the robot is at the found place: it can have driven there since the last good estimate, or
 /// an earlier search found it where it can have come from.
-bool Supervised::is_reachable(const StartHypothesis& found) {
+bool Supervised::believes(const StartHypothesis& found) {
   const Time when = kept_.front().bundle.scan.start;
   const double usual_m_s = std::max(kLeastSpeed_m_s, kFaster * fastest_m_s_);
   const auto can_come_from = [&](const Seen& seen, double speed_m_s) {

@@ -56,7 +56,7 @@ class Supervised final : public Estimator {
   void suspect(Time now);
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
-  bool is_reachable(const StartHypothesis& found);
+  bool believes(const StartHypothesis& found);
   bool confirms_estimator(const StartHypothesis& found) const;
   bool outweighs_estimator(const StartHypothesis& found);
   void start_again(const StartHypothesis& found, EstimateSink& sink);
@@ -71,8 +71,8 @@ class Supervised final : public Estimator {
   Estimate newest_;  // causal
   std::optional<Time> good_since_;
   std::optional<Seen> last_good_;      // after some seconds of good estimates
-  std::optional<Seen> out_of_reach_;   // found by a search, too far from the last good estimate
   double fastest_m_s_ = 0.0;           // of these
+  std::optional<Seen> out_of_reach_;   // found by a search, too far from the last good estimate
   Time reported_ = -1;                 // estimates up to then were reported by an estimator before this one
   std::optional<Time> suspect_since_;  // lost, or contradicted by the maps
   std::optional<Time> lost_since_;

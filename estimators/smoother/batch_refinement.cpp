@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/evaluation/consistency.h"
 #include "core/parallel.h"
 #include "estimators/smoother/field_error.h"
 
@@ -30,8 +31,7 @@ constexpr double kTurned_deg = 0.01;
 constexpr double kUnsettled_m = 0.01;
 constexpr double kUnsettled_deg = 0.1;
 
-// The window's poses differ from exact ones by 1 in the mean of δᵀ P⁻¹ δ / 6. A batch that differs by more than twice
-// as much contradicts them.
+// NEES of the window's poses with the batch's as truth. Exact poses would give 1; a batch beyond this contradicts them.
 constexpr double kContradicts = 2.0;
 
 /// Errors of the maps are known after this way.
@@ -154,14 +154,15 @@ void BatchRefinement::warn_if_unsettled(const SlidingWindow& window) const {
 }
 
 bool BatchRefinement::contradicts(const SlidingWindow& window) const {
-  double sum = 0.0;
+  PosePairs pairs;
+  std::vector<Matrix6> covariances;
   for (std::size_t k = 0; k < keyframes_.size(); ++k) {
     const Estimate& before = keyframes_[k]->estimate;
-    const Vector6 apart = window.state(k).T_map_imu.boxminus(before.state.T_map_imu);
-    sum += apart.dot(before.covariance.ldlt().solve(apart)) / 6.0;
+    pairs.push_back({before.time, before.state.T_map_imu, window.state(k).T_map_imu, k});
+    covariances.push_back(before.covariance);
   }
-  const double mean = sum / static_cast<double>(keyframes_.size());
-  if (mean <= kContradicts) return false;
+  const double nees = evaluate_consistency(pairs, covariances).nees;
+  if (nees <= kContradicts) return false;
   if (input_.warnings != nullptr) {
     const Time first = keyframes_.front()->estimate.time;
     const Time last = keyframes_.back()->estimate.time;
@@ -169,7 +170,7 @@ bool BatchRefinement::contradicts(const SlidingWindow& window) const {
         "batch.refused",
         fmt::format("from {:.3f} to {:.3f} s, the batch's poses are {:.1f} sigmas of the window from the window's "
                     "(at most {:.1f}): the window's are kept",
-                    to_seconds(first), to_seconds(last), std::sqrt(mean), std::sqrt(kContradicts)),
+                    to_seconds(first), to_seconds(last), std::sqrt(nees), std::sqrt(kContradicts)),
         first);
   }
   return true;
