@@ -52,7 +52,8 @@ struct DegeneracyOptions {
     visitor.field(
         "max_sigma_m", max_sigma_m,
         "marginal and probabilistic: a direction is degenerate if its predicted sigma exceeds this, and in the "
-        "smoother that of a single point too; rotations are converted to metres by the scan's rms range");
+        "smoother that of a single point too, and 0.03 where no magnetic field holds it; rotations are converted to "
+        "metres by the scan's rms range");
     visitor.field(
         "min_probability", min_probability,
         "probabilistic: a direction is degenerate if its sigma is below max_sigma_m with a smaller probability than "
