@@ -38,6 +38,10 @@ class Estimator {
   /// on return.
   virtual void process_in_place(ScanBundle& bundle, EstimateSink& sink) { process(bundle, sink); }
 
+  /// Moves what is estimated of the place, and keeps what is estimated of the motion and the calibration: the scans fit
+  /// elsewhere. False, and without effect, if this method cannot; it is then initialized anew.
+  virtual bool move(const Pose& /*T_new_old*/) { return false; }
+
   /// Reports the estimates that remain in the window.
   virtual void finish(EstimateSink& sink) = 0;
 

@@ -34,6 +34,7 @@ class LayerHeightVariance final : public Estimator {
     estimator_->finish(widening);
   }
 
+  bool move(const Pose& T_new_old) override { return estimator_->move(T_new_old); }
   std::string solver() const override { return estimator_->solver(); }
   const CalibrationEstimate* calibration() const override { return estimator_->calibration(); }
 

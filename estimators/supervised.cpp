@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/geometry/pose_distance.h"
+#include "core/imu/scan_motion.h"
 #include "core/work_times.h"
 
 namespace lodestone {
@@ -100,6 +101,11 @@ void Supervised::process(const ScanBundle& bundle, EstimateSink& sink) {
       reported_ = now;
     }
     estimate(bundle, sink);
+    const std::optional<Pose> better = searchable_ ? monitor_.better_nearby() : std::nullopt;
+    if (better) {
+      move_nearby(bundle, *better, sink);
+      return;
+    }
     const bool lost = newest_.health == Health::lost;
     if (!lost) lost_since_.reset();
     if (!lost && (!contradicts_maps(newest_.reason) || monitor_.is_confirmed())) {
@@ -254,6 +260,32 @@ bool Supervised::outweighs_estimator(const StartHypothesis& found) {
   there.state.T_map_imu = pose_at_end(found, first.bundle);
   there.state.velocity = found.velocity;
   return outweighs(monitor_.evidence(first.bundle, there), monitor_.evidence(first.bundle, first.causal));
+}
+
+/// Scans prefer a place beside the estimate.
+void Supervised::move_nearby(const ScanBundle& bundle, const Pose& better, EstimateSink& sink) {
+  const Pose T_new_old = better * newest_.state.T_map_imu.inverse();
+  if (estimator_->move(T_new_old)) {
+    if (input_.warnings != nullptr) {
+      input_.warnings->add(
+          "run.moved",
+          fmt::format("scans fit better beside the estimate; it was moved by {:.2f} m at {:.3f} s",
+                      (better.position - newest_.state.T_map_imu.position).norm(), to_seconds(newest_.time)),
+          newest_.time);
+    }
+    monitor_.moved();
+    return;
+  }
+  NavState at_end = newest_.state;
+  at_end.velocity = T_new_old.rotation * at_end.velocity;
+  at_end.T_map_imu = better;
+  StartHypothesis found;
+  found.T_map_imu = better * ScanMotion(at_end, bundle.imu).relative_pose(bundle.scan.start);
+  found.velocity = at_end.velocity;
+  if (!suspect_since_) suspect_since_ = newest_.time;
+  kept_.clear();
+  kept_.push_back({bundle, newest_});
+  start_again(found, sink);
 }
 
 /// A trajectory that goes on elsewhere was lost, also where the estimator before was only in doubt.

@@ -59,6 +59,7 @@ class Supervised final : public Estimator {
   bool believes(const StartHypothesis& found);
   bool confirms_estimator(const StartHypothesis& found) const;
   bool outweighs_estimator(const StartHypothesis& found);
+  void move_nearby(const ScanBundle& bundle, const Pose& better, EstimateSink& sink);
   void start_again(const StartHypothesis& found, EstimateSink& sink);
   void settle_search(const char* kind, const char* outcome);
 

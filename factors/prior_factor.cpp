@@ -52,6 +52,26 @@ void PriorFactor::follow(const Slide& slide) {
   slide_ = slide;
 }
 
+void PriorFactor::move(const Pose& T_new_old) {
+  const Matrix3 back = T_new_old.rotation.conjugate().toRotationMatrix();
+  Eigen::Index column = 0;
+  for (PriorBlock& block : blocks_) {
+    double* values = block.linearization.data();
+    if (block.kind == BlockKind::pose) {
+      from_pose(T_new_old * to_pose(values), values);
+      root_.middleCols<3>(column + 3) *= back;
+    } else if (block.kind == BlockKind::motion) {
+      Eigen::Map<Vector3> velocity(values);
+      velocity = (T_new_old.rotation * velocity).eval();
+      root_.middleCols<3>(column) *= back;
+    }
+    column += block.tangent_size();
+  }
+  slide_.at = T_new_old * slide_.at;
+  slide_.direction = (T_new_old.rotation * slide_.direction).eval();
+  slide_.turn = (T_new_old.rotation * slide_.turn).eval();
+}
+
 bool PriorFactor::Evaluate(double const* const* parameters, double* residuals, double** jacobians) const {
   Eigen::Map<Eigen::VectorXd> residual(residuals, root_.rows());
   residual = offset_;

@@ -43,6 +43,9 @@ class PriorFactor final : public ceres::CostFunction {
   /// slide before, or one more than 0.2 rad away, the information along the new slide stays.
   void follow(const Slide& slide);
 
+  /// Moves the linearization points of poses and velocities: states that are moved likewise have the same residuals.
+  void move(const Pose& T_new_old);
+
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override;
 
   const std::vector<PriorBlock>& blocks() const { return blocks_; }

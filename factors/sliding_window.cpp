@@ -386,4 +386,9 @@ void SlidingWindow::move(const Pose& T_new_old) {
   }
 }
 
+void SlidingWindow::move_with_prior(const Pose& T_new_old) {
+  move(T_new_old);
+  prior_.change().move(T_new_old);
+}
+
 }  // namespace lodestone

@@ -158,6 +158,9 @@ class SlidingWindow {
   /// Moves all keyframes by a rigid motion of the map, after another place was found to fit.
   void move(const Pose& T_new_old);
 
+  /// The same with the prior: what the window says of its place was wrong, but not what it says of its motion.
+  void move_with_prior(const Pose& T_new_old);
+
   /// The IMU factor between keyframes k and k + 1, linearized at their states.
   ChainLink link(std::size_t k) const;
 

@@ -9,8 +9,6 @@ namespace lodestone {
 
 namespace {
 
-constexpr double kUncertain_m = 0.5;
-
 // Thresholds of evidence: docs/design/050-health.md.
 constexpr double kScanMemory_s = 0.5;
 constexpr double kScanContradicts = 0.25;  // fit of scans
@@ -38,17 +36,11 @@ Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
 }
 
-}  // namespace
-
-Verdict judge_covariance(const Estimate& estimate) {
-  const double variance_m2 = position_variance_m2(estimate.covariance);
-  if (!estimate.state.T_map_imu.position.allFinite() || !estimate.covariance.allFinite()) {
-    return {Health::lost, HealthReason::not_finite};
-  }
-  if (variance_m2 > kLostSigma_m * kLostSigma_m) return {Health::lost, HealthReason::covariance};
-  if (variance_m2 > kUncertain_m * kUncertain_m) return {Health::uncertain, HealthReason::covariance};
-  return {};
+double log_odds(double probability) {
+  return std::log(probability) - std::log1p(-probability);
 }
+
+}  // namespace
 
 void HealthMonitor::DeadReckoning::add(double step_s, const ScanBundle& bundle) {
   time_s += step_s;
@@ -65,7 +57,8 @@ HealthMonitor::HealthMonitor(const EstimatorInput& input, Reckoning reckoning)
       by_field_(input.planes == nullptr && input.field != nullptr),
       reckoning_(reckoning),
       initial_velocity_m_s_(input.options.initial.velocity_sigma_m_s),
-      tilt_m_s2_(input.suite.gravity_m_s2 * input.suite.calibration.lidar.rotation_sigma_deg * degree) {}
+      tilt_m_s2_(input.suite.gravity_m_s2 * input.suite.calibration.lidar.rotation_sigma_deg * degree),
+      nearby_(log_odds(input.options.search.min_probability)) {}
 
 /// Of an estimate that is only dead reckoned.
 double HealthMonitor::unknown_acceleration_m_s2() const {
@@ -88,13 +81,13 @@ void HealthMonitor::judge(const ScanBundle& bundle, Estimate& causal) {
   confirm(evidence, bundle, causal, step_s);
   if (readings_fit(evidence)) awaits_since_.reset();
   motion_.add(causal);
-  const Verdict by_motion = judge_motion();
-  if (scan_contradicts || readings_contradict || by_motion.health != Health::good) {
+  const Verdict apart = worse(judge_motion(), judge_nearby(bundle, causal));
+  if (scan_contradicts || readings_contradict || apart.health != Health::good) {
     contradicting_.push_back(causal.time);
   } else {
     contradicting_.clear();
   }
-  const Verdict own = worse(worse(judge_evidence(), by_motion), judge_observation(bundle, causal, step_s));
+  const Verdict own = worse(worse(judge_evidence(), apart), judge_observation(bundle, causal, step_s));
   record(causal.time, own);
   const Verdict by_evidence = worse(own, judge_awaited(causal.time));
   // What is wrong says more than what is unknown: the former's estimator is stopped.
@@ -122,7 +115,7 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   if (observed) learned_s_ += step_s;
   if (!observed) {
     unobserved_.add(step_s, bundle);
-  } else if (observed_s_ >= kObserved_s || !(unobserved_m() > kUncertain_m)) {
+  } else if (observed_s_ >= kObserved_s || !(unobserved_m() > kUncertainSigma_m)) {
     unobserved_ = {};
   }
   const double sigma_m = unobserved_m();
@@ -132,7 +125,7 @@ Verdict HealthMonitor::judge_observation(const ScanBundle& bundle, const Estimat
   if (lost && has_scans_) astray_ = true;
   if (unconfirmed_s_ == 0.0) astray_ = false;
   if (lost || astray_) return {Health::lost, HealthReason::unobserved};
-  if (claims_too_much && sigma_m > kUncertain_m) return {Health::uncertain, HealthReason::unobserved};
+  if (claims_too_much && sigma_m > kUncertainSigma_m) return {Health::uncertain, HealthReason::unobserved};
   return {};
 }
 
@@ -147,6 +140,26 @@ Verdict HealthMonitor::judge_motion() const {
   const bool knows_velocity = has_scans_ && reckoning_ == Reckoning::learned_imu;
   if (knows_velocity && motion_.apart_m() > kLostSigma_m) return {Health::lost, HealthReason::motion};
   return {};
+}
+
+/// Once other places outweigh an estimate, so they did since it was last seen to be the best.
+Verdict HealthMonitor::judge_nearby(const ScanBundle& bundle, const Estimate& causal) {
+  unclear_.push_back(causal.time);
+  if (nearby_.is_due(causal)) {
+    const std::optional<NearbyPlace> found = judge_.nearby(bundle, causal);
+    nearby_.add(causal, found);
+    if (!found) unclear_.clear();
+  }
+  if (!nearby_.contradicts()) return {};
+  constexpr Verdict kNotHere{Health::uncertain, HealthReason::scan_off_map};
+  for (const Time time : unclear_) verdicts_.try_emplace(time, kNotHere);
+  unclear_.clear();
+  return kNotHere;
+}
+
+void HealthMonitor::moved() {
+  motion_.restart();
+  nearby_.restart();
 }
 
 Verdict HealthMonitor::judge_refined(const Estimate& refined) const {
@@ -164,6 +177,8 @@ Verdict HealthMonitor::judge_awaited(Time time) const {
 
 void HealthMonitor::restart() {
   motion_.restart();
+  nearby_.restart();
+  unclear_.clear();
   scan_fit_.reset();
   contradicting_.clear();
   stations_.clear();
@@ -257,7 +272,7 @@ bool HealthMonitor::readings_fit(const PlaceEvidence& evidence) const {
 }
 
 bool HealthMonitor::is_confirmed() const {
-  return unconfirmed_s_ < kLongestWait_s && !(reckoned_.sigma_m(unknown_acceleration_m_s2()) > kUncertain_m);
+  return unconfirmed_s_ < kLongestWait_s && !(reckoned_.sigma_m(unknown_acceleration_m_s2()) > kUncertainSigma_m);
 }
 
 double HealthMonitor::sum_of_odds() const {

@@ -7,13 +7,9 @@
 
 #include "estimators/health/motion_check.h"
 #include "estimators/health/place_evidence.h"
+#include "estimators/verdict.h"
 
 namespace lodestone {
-
-struct Verdict {
-  Health health = Health::good;
-  HealthReason reason = HealthReason::none;
-};
 
 /// What carries an estimate along a direction that neither scans nor readings observe.
 enum class Reckoning {
@@ -22,14 +18,8 @@ enum class Reckoning {
   scans         ///< they move it whatever the IMU says
 };
 
-/// Position sigma on the worst axis above which an estimate is lost.
-inline constexpr double kLostSigma_m = 3.0;
-
 /// The longest wait between two searches that found nothing.
 inline constexpr double kLongestWait_s = 60.0;
-
-/// What state and covariance alone show: not finite, or a position sigma above 3 m: lost; above 0.5 m: uncertain.
-Verdict judge_covariance(const Estimate& estimate);
 
 /// Judges each estimate by its covariance and by how scans and readings agree with the maps, whatever the estimator
 /// made of them: at a wrong place the covariance stays small, for some points and readings always fit.
@@ -51,6 +41,12 @@ class HealthMonitor {
   /// reckoning have kept the place since. Then it is the magnetic map that has changed.
   bool is_confirmed() const;
 
+  /// The place beside the newest estimate that scans prefer, if they do so clearly (NearbyCheck).
+  std::optional<Pose> better_nearby() const { return nearby_.better(); }
+
+  /// The estimator was moved to better_nearby().
+  void moved();
+
   /// Forgets the evidence of an estimator that was lost; its verdicts stay.
   void restart();
 
@@ -62,6 +58,7 @@ class HealthMonitor {
   Verdict judge_observation(const ScanBundle& bundle, const Estimate& causal, double step_s);
   Verdict judge_evidence() const;
   Verdict judge_motion() const;
+  Verdict judge_nearby(const ScanBundle& bundle, const Estimate& causal);
   Verdict judge_awaited(Time time) const;
   bool stations_contradict() const;
   void confirm(const PlaceEvidence& evidence, const ScanBundle& bundle, const Estimate& causal, double step_s);
@@ -97,6 +94,8 @@ class HealthMonitor {
   double initial_velocity_m_s_;  // one sigma
   double tilt_m_s2_;             // gravity's part along the axes of a LiDAR mounted as the platform file says
   MotionCheck motion_;
+  NearbyCheck nearby_;
+  std::vector<Time> unclear_;       // scans since one was last seen to fit nowhere better
   std::optional<double> scan_fit_;  // mean over half a second; none before the first scan with points
   std::deque<Station> stations_;
   double field_weight_ = 1.0;         // Huber weight of readings, mean over seconds

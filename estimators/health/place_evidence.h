@@ -1,12 +1,12 @@
 #pragma once
 
-#include <span>
-#include <vector>
+#include <optional>
 
 #include "core/imu/scan_motion.h"
 #include "core/lidar/plane_map_source.h"
 #include "core/magnetometer/field_evidence.h"
 #include "estimators/factory.h"
+#include "estimators/health/nearby_place.h"
 
 namespace lodestone {
 
@@ -38,8 +38,13 @@ class PlaceJudge {
   /// `estimate`: at the scan's end. Zeros for what the bundle or the maps do not have.
   PlaceEvidence judge(const ScanBundle& bundle, const Estimate& estimate);
 
+  /// The place beside the estimate that its scan and readings prefer, if there is one (find_nearby).
+  std::optional<NearbyPlace> nearby(const ScanBundle& bundle, const Estimate& estimate);
+
  private:
   void judge_scan(const ScanBundle& bundle, const Estimate& estimate, PlaceEvidence& evidence) const;
+  bool is_on_grid(const Pose& T_map_imu) const;
+  const FieldBackground& background();
   void judge_field(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence);
 
   const EstimatorInput& input_;

@@ -100,6 +100,12 @@ void IteratedFilter::process(const ScanBundle& bundle, EstimateSink& sink) {
 
 void IteratedFilter::finish(EstimateSink&) {}
 
+bool IteratedFilter::move(const Pose& T_new_old) {
+  state_.T_map_imu = T_new_old * state_.T_map_imu;
+  state_.velocity = (T_new_old.rotation * state_.velocity).eval();
+  return true;
+}
+
 Degeneracy IteratedFilter::analyse(const Scan& scan) const {
   const DegeneracyOptions& options = input_.options.ieskf.degeneracy;
   switch (options.rule) {

@@ -20,6 +20,7 @@ class IteratedFilter final : public Estimator {
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
+  bool move(const Pose& T_new_old) override;
 
  private:
   struct Scan;

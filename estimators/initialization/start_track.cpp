@@ -2,11 +2,11 @@
 
 #include "core/imu/propagation.h"
 #include "core/imu/scan_motion.h"
-#include "estimators/health/health_monitor.h"
 #include "estimators/ieskf/ieskf.h"
 #include "estimators/initialization/scan_pair.h"
 #include "estimators/initialization/scan_registration.h"
 #include "estimators/initialization/start_scan.h"
+#include "estimators/verdict.h"
 
 namespace lodestone {
 

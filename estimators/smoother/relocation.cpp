@@ -6,8 +6,8 @@
 
 #include "core/geometry/pose_distance.h"
 #include "estimators/estimate.h"
-#include "estimators/health/health_monitor.h"
 #include "estimators/smoother/gap_search.h"
+#include "estimators/verdict.h"
 
 namespace lodestone {
 

@@ -254,6 +254,13 @@ void Smoother::relocate() {
   keyframe.predicted = window_->state(newest).T_map_imu;
 }
 
+/// All keyframes of the window move, and get new correspondences with the next scan.
+bool Smoother::move(const Pose& T_new_old) {
+  if (window_ == nullptr) return false;
+  window_->move_with_prior(T_new_old);
+  return true;
+}
+
 /// Sensor, surface and map noise differ from the data sheets: variance scales follow the residuals of the log, upwards
 /// at once and downwards over about ten scans (docs/design/040-variance-from-residuals.md).
 void Smoother::follow_residuals(const Keyframe& keyframe, const SlidingWindow::ClockOffset& clock) {

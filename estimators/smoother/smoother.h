@@ -24,6 +24,7 @@ class Smoother final : public Estimator {
 
   void process(const ScanBundle& bundle, EstimateSink& sink) override;
   void finish(EstimateSink& sink) override;
+  bool move(const Pose& T_new_old) override;
   std::string solver() const override { return SlidingWindow::solver_description(); }
   const CalibrationEstimate* calibration() const override { return &calibration_; }
 

@@ -150,6 +150,33 @@ TEST(PriorFactor, KnowsOfANewSlideWhatItKnewOfTheOldOneAndOfAllElseTheSame) {
   EXPECT_EQ(other.root(), known);
 }
 
+TEST(PriorFactor, KnowsTheSameOfStatesThatAreMovedWithIt) {
+  Random random(34);
+  const Pose pose = random_pose(random);
+  const PoseBlock pose_block = block_of(pose);
+  const std::vector<double> motion(9, 0.3);
+  for (const Slide& slide : {Slide{}, Slide::along(along_bend(pose), pose)}) {
+    PriorFactor factor({{BlockKind::pose, {pose_block.begin(), pose_block.end()}}, {BlockKind::motion, motion}},
+                       Eigen::MatrixXd::Random(15, 15), Eigen::VectorXd::Random(15), slide);
+    const auto residual = [&](const Pose& at, const Vector3& velocity) {
+      const PoseBlock block = block_of(at);
+      std::vector<double> moving(9, 0.1);
+      Eigen::Map<Vector3>(moving.data()) = velocity;
+      const double* parameters[] = {block.data(), moving.data()};
+      Eigen::VectorXd result(15);
+      factor.Evaluate(parameters, result.data(), nullptr);
+      return result;
+    };
+    const Pose there = pose.boxplus(0.1 * Vector6::Random());
+    const Vector3 velocity(0.7, -0.4, 0.1);
+    const Eigen::VectorXd before = residual(there, velocity);
+    const Pose T_new_old{so3::exp({0.05, -0.1, 0.8}), {3.0, -2.0, 0.5}};
+    factor.move(T_new_old);
+    EXPECT_LT((residual(T_new_old * there, T_new_old.rotation * velocity) - before).norm(), 1e-9);
+    EXPECT_GT((residual(there, velocity) - before).norm(), 0.1);
+  }
+}
+
 TEST(PriorFactor, PassesTheGradientChecker) {
   Random random(9);
   const PoseManifold pose_manifold;
