@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/lidar/voxel_planes.h"
+#include "core/log_odds.h"
 #include "core/parallel.h"
 
 namespace lodestone {
@@ -22,10 +23,6 @@ constexpr double kOccupiedIfPassed = 0.4;
 /// Smallest distance from a passed point to the surface behind: three standard deviations of range noise and of the
 /// survey's poses at 30 m (docs/design/052).
 constexpr double kInFront_m = 0.1;
-
-double log_odds(double probability) {
-  return std::log(probability / (1.0 - probability));
-}
 
 std::uint64_t block_of(std::uint64_t voxel) {
   const auto divided = [](int index) { return index >> 3; };  // floor, also below zero

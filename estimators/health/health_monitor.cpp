@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "core/angles.h"
+#include "core/log_odds.h"
 
 namespace lodestone {
 
@@ -34,10 +35,6 @@ constexpr double kReach_s = 5.0;     // of a loss, back to the scans that caused
 
 Verdict worse(const Verdict& a, const Verdict& b) {
   return b.health > a.health ? b : a;
-}
-
-double log_odds(double probability) {
-  return std::log(probability) - std::log1p(-probability);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "core/imu/scan_motion.h"
 #include "core/lidar/deskew.h"
 #include "core/lidar/places_in_map.h"
+#include "core/log_odds.h"
 #include "core/magnetometer/array_reading.h"
 #include "core/magnetometer/field_residual.h"
 #include "core/parallel.h"
@@ -168,8 +169,7 @@ std::optional<Pose> PoseSearch::find(const Pose& about, const std::vector<Search
     const Vector6 moved = pose.boxminus(about);
     return log_likelihood(pose, of_map) - 0.5 * moved.dot(prior.solve(moved));
   };
-  const double sure = input_.options.search.min_probability;
-  const double most_elsewhere = evidence(*found) - (std::log(sure) - std::log1p(-sure));
+  const double most_elsewhere = evidence(*found) - log_odds(input_.options.search.min_probability);
   if (!(evidence(about) < most_elsewhere)) return std::nullopt;
   // Where the mounting is inexact or the map is bent, nothing fits at the true pose itself, but well a few centimetres
   // and tenths of a degree beside it. The best of these stands for the pose that is given.

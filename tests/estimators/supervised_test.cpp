@@ -11,84 +11,12 @@
 #include "estimators/ieskf/ieskf.h"
 #include "frontends/synchronizer/synchronizer.h"
 #include "tests/estimators/room.h"
+#include "tests/estimators/wrong_estimators.h"
 
 namespace lodestone {
 namespace {
 
 constexpr double kDrive_s = 14.0;
-
-/// Loses its state with the first scan.
-class LosesItsState final : public Estimator {
- public:
-  void process(const ScanBundle& bundle, EstimateSink& sink) override {
-    Estimate estimate;
-    estimate.time = bundle.scan.end;
-    estimate.state.T_map_imu.position.setConstant(std::numeric_limits<double>::quiet_NaN());
-    sink.causal(estimate);
-    sink.best(estimate);
-  }
-  void finish(EstimateSink& /*sink*/) override {}
-};
-
-/// In a room that looks the same from both ends, says that the robot is at the other one, 0.15 m beside where the
-/// scan fits best. Most readings contradict it.
-class AtTheOtherEnd final : public Estimator {
- public:
-  explicit AtTheOtherEnd(const Trajectory& truth) : truth_(truth) {}
-  void process(const ScanBundle& bundle, EstimateSink& sink) override {
-    Estimate estimate;
-    estimate.time = bundle.scan.end;
-    const Pose half_turn{Quaternion(Eigen::AngleAxisd(M_PI, Vector3::UnitZ())), {0.15, 0.0, 0.0}};
-    const auto place = [&](Time time) { return half_turn * interpolate(truth_, time, 20'000'000).value(); };
-    constexpr Time kStep = 10'000'000;
-    estimate.state.T_map_imu = place(estimate.time);
-    estimate.state.velocity =
-        (estimate.state.T_map_imu.position - place(estimate.time - kStep).position) / to_seconds(kStep);
-    estimate.covariance = 1e-4 * Matrix6::Identity();
-    estimate.diagnostics.correspondences = 500;
-    estimate.diagnostics.magnetic_samples = 8;
-    estimate.diagnostics.magnetic_weight = 0.1;
-    sink.causal(estimate);
-    sink.best(estimate);
-  }
-  void finish(EstimateSink& /*sink*/) override {}
-
- private:
-  const Trajectory& truth_;
-};
-
-/// Sure of a place 0.5 m beside the truth, from the third second on, until it is moved.
-class BesideTheTruth final : public Estimator {
- public:
-  BesideTheTruth(const Trajectory& truth, bool moves) : truth_(truth), moves_(moves) {}
-  void process(const ScanBundle& bundle, EstimateSink& sink) override {
-    if (begin_ == 0) begin_ = bundle.scan.end;
-    Estimate estimate;
-    estimate.time = bundle.scan.end;
-    const Pose truth = interpolate(truth_, estimate.time, 20'000'000).value();
-    constexpr Time kStep = 10'000'000;
-    estimate.state.velocity =
-        (truth.position - interpolate(truth_, estimate.time - kStep, 20'000'000)->position) / to_seconds(kStep);
-    estimate.state.T_map_imu = truth;
-    if (estimate.time > begin_ + 3'000'000'000 && !moved_) estimate.state.T_map_imu.position += Vector3(0.4, 0.3, 0.0);
-    estimate.covariance = 1e-4 * Matrix6::Identity();
-    estimate.diagnostics.correspondences = 500;
-    sink.causal(estimate);
-    sink.best(estimate);
-  }
-  bool move(const Pose& T_new_old) override {
-    EXPECT_LT((T_new_old.inverse().position - Vector3(0.4, 0.3, 0.0)).norm(), 0.2);  // its rotation has a lever arm
-    moved_ = moves_;
-    return moves_;
-  }
-  void finish(EstimateSink& /*sink*/) override {}
-
- private:
-  const Trajectory& truth_;
-  bool moves_;
-  bool moved_ = false;
-  Time begin_ = 0;
-};
 
 /// Everything but wheels, which the room's robot does not have.
 void shift(ScanBundle& bundle, Time by) {
@@ -172,7 +100,7 @@ TEST_F(SupervisedInARoom, AnEstimatorThatLosesItsStateIsReplaced) {
   int made = 0;
   Supervised supervised(wrong_input(), Reckoning::learned_imu,
                         [&](const EstimatorInput& input) -> std::unique_ptr<Estimator> {
-                          if (++made == 1) return std::make_unique<LosesItsState>();
+                          if (++made == 1) return std::make_unique<testing::LosesItsState>();
                           return std::make_unique<IteratedFilter>(input);
                         });
   const Estimates result = estimate(supervised, bundles_);
@@ -198,7 +126,7 @@ TEST_F(SupervisedInARoom, AnEstimatorThatIsLeftInDoubtWasLost) {
   int made = 0;
   Supervised supervised(wrong_input(), Reckoning::learned_imu,
                         [&](const EstimatorInput& input) -> std::unique_ptr<Estimator> {
-                          if (++made == 1) return std::make_unique<AtTheOtherEnd>(truth_);
+                          if (++made == 1) return std::make_unique<testing::AtTheOtherEnd>(truth_);
                           return std::make_unique<IteratedFilter>(input);
                         });
   const Estimates result = estimate(supervised, bundles_);
@@ -231,7 +159,7 @@ TEST_F(SupervisedInARoom, AnEstimateBesideTheTruthIsMovedThere) {
     int made = 0;
     Supervised supervised(input, Reckoning::learned_imu,
                           [&](const EstimatorInput& again) -> std::unique_ptr<Estimator> {
-                            if (++made == 1) return std::make_unique<BesideTheTruth>(truth_, moves);
+                            if (++made == 1) return std::make_unique<testing::BesideTheTruth>(truth_, moves);
                             return std::make_unique<IteratedFilter>(again);
                           });
     const Estimates result = estimate(supervised, bundles_);
@@ -307,7 +235,7 @@ TEST_F(SupervisedInARoom, WithoutAPlaceEachScanIsReportedAsLost) {
   int made = 0;
   Supervised supervised(wrong_input(), Reckoning::learned_imu, [&](const EstimatorInput&) {
     ++made;
-    return std::make_unique<LosesItsState>();
+    return std::make_unique<testing::LosesItsState>();
   });
   const Estimates result = estimate(supervised, empty);
   EXPECT_EQ(made, 1);
@@ -398,7 +326,7 @@ TEST_F(SupervisedInARoom, WithoutACloudMapTheEstimatorContinues) {
   EstimatorInput input = wrong_input();
   input.planes = nullptr;
   Supervised supervised(input, Reckoning::learned_imu,
-                        [](const EstimatorInput&) { return std::make_unique<LosesItsState>(); });
+                        [](const EstimatorInput&) { return std::make_unique<testing::LosesItsState>(); });
   const Estimates result = estimate(supervised, bundles_);
   expect_every_scan_once(result.causals);
   EXPECT_EQ(result.causals.back().reason, HealthReason::not_finite);

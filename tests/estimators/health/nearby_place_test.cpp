@@ -3,9 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "tests/estimators/room.h"
+#include "tests/estimators/wrong_estimators.h"
 
 namespace lodestone {
 namespace {
@@ -20,10 +19,7 @@ class NearbyPlaceInARoom : public ::testing::Test {
     const ScanBundle& bundle = drive_->bundles[k];
     Estimate result;
     result.time = bundle.scan.end;
-    result.state.T_map_imu = *interpolate(drive_->truth, bundle.scan.end, 20'000'000);
-    const Time earlier = bundle.scan.end - 100'000'000;
-    result.state.velocity =
-        10.0 * (result.state.T_map_imu.position - interpolate(drive_->truth, earlier, 20'000'000)->position);
+    result.state = testing::state_on(drive_->truth, bundle.scan.end);
     result.state.T_map_imu.position += way;
     return result;
   }
