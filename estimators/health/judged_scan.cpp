@@ -15,10 +15,9 @@ namespace lodestone {
 namespace {
 
 constexpr std::size_t kSampledPoints = 4000;  // of a scan
-constexpr float kOrigin_m = 0.1F;             // no return
 constexpr double kEven_m = 1.0;               // one point in each cube of this edge: neighbours say the same
 constexpr std::size_t kJudgedPoints = 400;    // of these
-constexpr std::size_t kFewest = 20;           // points above the floor that a share is taken of
+constexpr std::size_t kFewest = 20;           // points above the floor
 constexpr double kAboveFloor_m = 0.3;         // all floors look alike
 constexpr double kFloorRange_m = 20.0;        // where the floor is looked for
 constexpr double kLowestShare = 0.02;         // of the points: the floor
@@ -40,19 +39,19 @@ std::vector<Eigen::Vector3f> spread_evenly(const std::vector<Eigen::Vector3f>& p
 
 }  // namespace
 
-JudgedScan judged_scan(const ScanBundle& bundle, const Estimate& estimate, const SensorSuite& suite,
-                       JudgedRange range) {
+JudgedScan judged_scan(const ScanBundle& bundle, const Estimate& estimate, const SensorSuite& suite) {
   JudgedScan result;
   NavState state = estimate.state;
   if (estimate.scan_pose) state.T_map_imu = *estimate.scan_pose;
   result.T_map_imu = state.T_map_imu;
   const std::vector<LidarModel> lidars = suite.lidars();
   const std::vector<RangeLimits> limits = range_limits_of(lidars);
-  const std::size_t every = std::max<std::size_t>(1, bundle.scan.points.size() / kSampledPoints);
-  for (std::size_t i = 0; i < bundle.scan.points.size(); i += every) {
-    const LidarPoint& point = bundle.scan.points[i];
-    const bool is_point = point.position.allFinite() && point.position.norm() > kOrigin_m;
-    if (range == JudgedRange::all ? is_point : limits[point.lidar].hold(point)) result.measured.push_back(point);
+  const auto is_within = [&](const LidarPoint& point) { return limits[point.lidar].hold(point); };
+  const auto within = static_cast<std::size_t>(std::ranges::count_if(bundle.scan.points, is_within));
+  const std::size_t every = std::max<std::size_t>(1, within / kSampledPoints);
+  std::size_t i = 0;
+  for (const LidarPoint& point : bundle.scan.points) {
+    if (is_within(point) && i++ % every == 0) result.measured.push_back(point);
   }
   result.all = deskew(result.measured, bundle.scan.start, ScanMotion(state, bundle.imu), suite.lidar.T_imu_lidar);
   const Eigen::Vector3f up = (state.T_map_imu.rotation.conjugate() * Vector3::UnitZ()).cast<float>();

@@ -10,11 +10,8 @@
 
 namespace lodestone {
 
-/// Which points of a scan: a verdict uses what the log has, also beyond the range that estimators use.
-enum class JudgedRange { all, of_estimators };
-
-/// The points of a scan by which an estimate is judged, whatever its estimator made of them: imu frame at the scan's
-/// end.
+/// The points of a scan by which an estimate is judged, whatever its estimator made of them: those within the
+/// LiDAR's range, in the imu frame at the scan's end.
 struct JudgedScan {
   Pose T_map_imu;                     ///< where the scan should fit: Estimate::scan_pose, or the state's pose
   std::vector<LidarPoint> measured;   ///< a sample of at most some thousand, as the LiDAR measured them
@@ -23,7 +20,7 @@ struct JudgedScan {
 };
 
 /// `bundle`: with IMU; `estimate`: at its scan's end.
-JudgedScan judged_scan(const ScanBundle& bundle, const Estimate& estimate, const SensorSuite& suite, JudgedRange range);
+JudgedScan judged_scan(const ScanBundle& bundle, const Estimate& estimate, const SensorSuite& suite);
 
 /// The share of `points` (imu frame) where the map is occupied, from 0 to 1. There must be points.
 double share_on_map(std::span<const Eigen::Vector3f> points, const Pose& T_map_imu, const PlaneMap& map);

@@ -10,6 +10,9 @@ namespace lodestone {
 
 namespace {
 
+/// Points above the floor, one in each cube of 1 m: of fewer, most can be people and vehicles around the robot.
+constexpr std::size_t kFewestJudged = 60;
+
 /// Poses where the robot is not: x and y in metres, yaw in radians, from the estimate.
 constexpr std::array<std::array<double, 3>, 6> kDecoys{
     {{2.1, 0.7, 0.6}, {-1.3, 2.4, -0.9}, {0.9, -3.2, 1.7}, {-3.4, -1.1, 2.6}, {4.3, 2.2, -2.2}, {-2.6, 3.7, -1.5}}};
@@ -35,16 +38,20 @@ bool outweighs(const PlaceEvidence& found, const PlaceEvidence& estimate) {
 
 PlaceEvidence PlaceJudge::judge(const ScanBundle& bundle, const Estimate& estimate) {
   PlaceEvidence evidence;
+  scan_.reset();
   const NavState& state = estimate.state;
   if (!can_judge(bundle, state)) return evidence;
-  if (input_.planes != nullptr && !bundle.scan.points.empty()) judge_scan(bundle, estimate, evidence);
+  if (input_.planes != nullptr && !bundle.scan.points.empty()) {
+    scan_ = judged_scan(bundle, estimate, input_.suite);
+    judge_scan(evidence);
+  }
   if (input_.field != nullptr) judge_field(bundle, state, evidence);
   return evidence;
 }
 
-void PlaceJudge::judge_scan(const ScanBundle& bundle, const Estimate& estimate, PlaceEvidence& evidence) const {
-  const JudgedScan scan = judged_scan(bundle, estimate, input_.suite, JudgedRange::all);
-  if (scan.even.empty()) return;
+void PlaceJudge::judge_scan(PlaceEvidence& evidence) const {
+  const JudgedScan& scan = *scan_;
+  if (scan.even.size() < kFewestJudged) return;
   evidence.scan_points = static_cast<int>(scan.even.size());
   if (!is_on_grid(scan.T_map_imu)) return;
   const auto map = input_.planes->around(scan.T_map_imu.position);
@@ -59,9 +66,9 @@ bool PlaceJudge::is_on_grid(const Pose& T_map_imu) const {
 }
 
 std::optional<NearbyPlace> PlaceJudge::nearby(const ScanBundle& bundle, const Estimate& estimate) {
+  if (!scan_) return std::nullopt;
   const NavState& state = estimate.state;
-  if (!can_judge(bundle, state) || input_.planes == nullptr || bundle.scan.points.empty()) return std::nullopt;
-  const JudgedScan scan = judged_scan(bundle, estimate, input_.suite, JudgedRange::of_estimators);
+  const JudgedScan& scan = *scan_;
   if (!is_on_grid(scan.T_map_imu)) return std::nullopt;
   std::function<double(const Pose&)> readings;
   const auto array = input_.field != nullptr ? reading_at_end(bundle, state, input_.suite) : std::nullopt;

@@ -14,7 +14,7 @@ namespace lodestone {
 struct PlaceEvidence {
   double scan_share = 0.0;   ///< of the scan's points above the floor: those where the cloud map is occupied
   double decoy_share = 0.0;  ///< the same at poses where the robot is not: what fits by chance
-  int scan_points = 0;       ///< points above the floor that were looked up
+  int scan_points = 0;       ///< points above the floor that were looked up; 0: too few to judge
   double field_odds = 0.0;   ///< ln p(readings | pose) − ln p(readings | anywhere), tempered as in the initial search
   int field_readings = 0;    ///< readings where the map has field
   Vector3 field_ut = Vector3::Zero();  ///< mean of the array's readings, map axes
@@ -38,16 +38,18 @@ class PlaceJudge {
   /// `estimate`: at the scan's end. Zeros for what the bundle or the maps do not have.
   PlaceEvidence judge(const ScanBundle& bundle, const Estimate& estimate);
 
-  /// The place beside the estimate that its scan and readings prefer, if there is one (find_nearby).
+  /// The place beside the estimate that was judged last that its scan and readings prefer, if there is one
+  /// (find_nearby).
   std::optional<NearbyPlace> nearby(const ScanBundle& bundle, const Estimate& estimate);
 
  private:
-  void judge_scan(const ScanBundle& bundle, const Estimate& estimate, PlaceEvidence& evidence) const;
+  void judge_scan(PlaceEvidence& evidence) const;
   bool is_on_grid(const Pose& T_map_imu) const;
   const FieldBackground& background();
   void judge_field(const ScanBundle& bundle, const NavState& state, PlaceEvidence& evidence);
 
   const EstimatorInput& input_;
+  std::optional<JudgedScan> scan_;             // of the estimate that was judged last
   std::optional<FieldBackground> background_;  // of the whole field map, read when first needed
 };
 

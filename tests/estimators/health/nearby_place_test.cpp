@@ -27,7 +27,7 @@ class NearbyPlaceInARoom : public ::testing::Test {
   static std::optional<NearbyPlace> find(std::size_t k, const Estimate& estimate,
                                          const std::function<double(const Pose&)>& readings = {}) {
     const EstimatorInput& input = drive_->room.input;
-    const JudgedScan scan = judged_scan(drive_->bundles[k], estimate, input.suite, JudgedRange::of_estimators);
+    const JudgedScan scan = judged_scan(drive_->bundles[k], estimate, input.suite);
     return find_nearby(scan, estimate.state, *input.planes->around(scan.T_map_imu.position), input.suite,
                        input.options.lidar.association, readings);
   }
