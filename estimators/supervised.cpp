@@ -211,11 +211,20 @@ std::optional<StartHypothesis> Supervised::search() {
     if (finder_ == nullptr) finder_ = std::make_unique<StartFinder>(input_);
     std::vector<ScanBundle> bundles;
     for (const Kept& kept : kept_) bundles.push_back(kept.bundle);
-    return finder_->find_sure(bundles);
+    return finder_->find_sure(bundles, supposed());
   } catch (const InputError&) {
     // No scan with points, or a map without a floor.
   }
   return std::nullopt;
+}
+
+/// Where a running estimator is, and the place beside it that scans prefer: the first kept scan's end.
+std::vector<Pose> Supervised::supposed() const {
+  const Pose& estimated = kept_.front().causal.state.T_map_imu;
+  if (stopped_ || !estimated.position.allFinite() || !estimated.rotation.coeffs().allFinite()) return {};
+  std::vector<Pose> result{estimated};
+  if (const auto way = monitor_.way_nearby()) result.push_back({estimated.rotation, estimated.position + *way});
+  return result;
 }
 
 /// Whether to believe that the robot is at the found place: it can have driven there since the last good estimate, or

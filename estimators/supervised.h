@@ -56,6 +56,7 @@ class Supervised final : public Estimator {
   void suspect(Time now);
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
+  std::vector<Pose> supposed() const;
   bool believes(const StartHypothesis& found);
   bool confirms_estimator(const StartHypothesis& found) const;
   bool outweighs_estimator(const StartHypothesis& found);

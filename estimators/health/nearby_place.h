@@ -41,6 +41,12 @@ class NearbyCheck {
   /// That place at the newest scan that was added, once two scans in succession agree on the way to it.
   std::optional<Pose> better() const;
 
+  /// The place that the newest look found, relative to the estimate in map axes, however likely.
+  std::optional<Vector3> way() const {
+    if (!newest_ || !newest_->better) return std::nullopt;
+    return Vector3(newest_->better->position - newest_->estimated);
+  }
+
   void restart();
 
  private:

@@ -135,16 +135,18 @@ StartFinder::StartFinder(const EstimatorInput& input) : input_(input), options_(
 }
 
 FoundStart StartFinder::find(std::span<const ScanBundle> bundles) const {
-  return find(bundles, true);
+  return find(bundles, {}, true);
 }
 
-std::optional<StartHypothesis> StartFinder::find_sure(std::span<const ScanBundle> bundles) const {
-  const FoundStart found = find(bundles, false);
+std::optional<StartHypothesis> StartFinder::find_sure(std::span<const ScanBundle> bundles,
+                                                      std::span<const Pose> supposed) const {
+  const FoundStart found = find(bundles, supposed, false);
   if (!found.sure) return std::nullopt;
   return found.best.front();
 }
 
-FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_too) const {
+FoundStart StartFinder::find(std::span<const ScanBundle> bundles, std::span<const Pose> supposed,
+                             bool unsure_too) const {
   FoundStart result;
   const auto usable = std::find_if(bundles.begin(), bundles.end(), [](const ScanBundle& bundle) {
     return bundle.scan.points.size() >= kLeastStartPoints;
@@ -189,8 +191,12 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, bool unsure_to
     finalists.emplace_back(input_, candidate.T_map_imu * T_end_start, tracking);
   }
   // The other candidates keep the probability from the first scan.
+  const std::size_t searched = finalists.size();
+  if (first == 0) {
+    for (const Pose& pose : supposed) finalists.emplace_back(input_, pose * T_end_start, tracking);
+  }
   double others = 0.0;
-  for (std::size_t i = finalists.size(); i < candidates.found.size(); ++i) {
+  for (std::size_t i = searched; i < candidates.found.size(); ++i) {
     others += std::exp(candidates.found[i].log_likelihood - candidates.found.front().log_likelihood);
   }
 

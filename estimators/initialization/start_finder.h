@@ -40,11 +40,12 @@ class StartFinder {
   /// none has a scan with enough points.
   FoundStart find(std::span<const ScanBundle> bundles) const;
 
-  /// The found place, if it is sure. Nothing is tracked where too many places fit the first scan alike. Throws as find.
-  std::optional<StartHypothesis> find_sure(std::span<const ScanBundle> bundles) const;
+  /// The found place, if it is sure. Nothing is tracked where too many places fit the first scan alike. `supposed`:
+  /// poses at the first bundle's scan end that compete with what the search finds. Throws as find.
+  std::optional<StartHypothesis> find_sure(std::span<const ScanBundle> bundles, std::span<const Pose> supposed) const;
 
  private:
-  FoundStart find(std::span<const ScanBundle> bundles, bool unsure_too) const;
+  FoundStart find(std::span<const ScanBundle> bundles, std::span<const Pose> supposed, bool unsure_too) const;
 
   EstimatorInput input_;
   PlaceSearchOptions options_;
