@@ -236,6 +236,7 @@ bool Supervised::believes(const StartHypothesis& found) {
     const double way_m = speed_m_s * to_seconds(when - seen.time);
     return (found.T_map_imu.position - seen.position).norm() <= seen.radius_m + way_m;
   };
+  if (!stopped_ && is_unknown(newest_.reason) && !is_within_reckoning(found)) return false;
   if (!last_good_ || can_come_from(*last_good_, usual_m_s)) return true;
   // The next search has other scans; the first one comes soon.
   const Time data = from_seconds(input_.options.search.data_s);
@@ -251,6 +252,13 @@ bool Supervised::believes(const StartHypothesis& found) {
   }
   out_of_reach_ = Seen{when, found.T_map_imu.position, kReachMargin_m};
   return false;
+}
+
+/// Nothing contradicts an estimate that is only unknown: the robot is where it is dead reckoned to be.
+bool Supervised::is_within_reckoning(const StartHypothesis& found) const {
+  const double sigma_m = std::max(monitor_.unobserved_m(), std::sqrt(position_variance_m2(newest_.covariance)));
+  const Vector3& estimated = kept_.front().causal.state.T_map_imu.position;
+  return (pose_at_end(found, kept_.front().bundle).position - estimated).norm() <= kReachMargin_m + 3.0 * sigma_m;
 }
 
 /// The search found what the running estimator says: it is the maps that have changed.
@@ -282,6 +290,7 @@ void Supervised::move_nearby(const ScanBundle& bundle, const Pose& better, Estim
                       (better.position - newest_.state.T_map_imu.position).norm(), to_seconds(newest_.time)),
           newest_.time);
     }
+    last_good_ = Seen{newest_.time, better.position, kReachMargin_m};
     monitor_.moved();
     return;
   }

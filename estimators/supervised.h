@@ -57,6 +57,7 @@ class Supervised final : public Estimator {
   void keep(const ScanBundle& bundle);
   std::optional<StartHypothesis> search();
   std::vector<Pose> supposed() const;
+  bool is_within_reckoning(const StartHypothesis& found) const;
   bool believes(const StartHypothesis& found);
   bool confirms_estimator(const StartHypothesis& found) const;
   bool outweighs_estimator(const StartHypothesis& found);

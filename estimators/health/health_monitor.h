@@ -41,6 +41,9 @@ class HealthMonitor {
   /// reckoning have kept the place since. Then it is the magnetic map that has changed.
   bool is_confirmed() const;
 
+  /// One sigma of what an estimate can have drifted since all directions were last observed.
+  double unobserved_m() const;
+
   /// The place beside the newest estimate that scans prefer, if they do so clearly (NearbyCheck).
   std::optional<Pose> better_nearby() const { return nearby_.better(); }
 
@@ -67,7 +70,6 @@ class HealthMonitor {
   bool readings_fit(const PlaceEvidence& evidence) const;
   double sum_of_odds() const;
   double unknown_acceleration_m_s2() const;
-  double unobserved_m() const;
 
   /// Field evidence of a metre of the way: neighbouring readings repeat each other.
   struct Station {
