@@ -148,6 +148,30 @@ TEST_F(SupervisedInARoom, AnEstimatorThatIsLeftInDoubtWasLost) {
   EXPECT_GT(good_again, 0);
 }
 
+/// Nothing contradicts an estimate that is lost by its covariance, so the robot is within it. The other end is more
+/// than 10.2 m away in the first 5 s, and a sigma must be above 3 m for a loss.
+TEST_F(SupervisedInARoom, APlaceBeyondAnUnknownEstimateIsNotBelieved) {
+  for (const double sigma_m : {3.05, 10.0}) {
+    Time now = 0;
+    Time second = 0;
+    int made = 0;
+    Supervised supervised(wrong_input(), Reckoning::learned_imu,
+                          [&](const EstimatorInput& input) -> std::unique_ptr<Estimator> {
+                            if (++made == 1) return std::make_unique<testing::AtTheOtherEnd>(truth_, sigma_m, 1.0);
+                            if (made == 2) second = now;
+                            return std::make_unique<IteratedFilter>(input);
+                          });
+    Estimates result;
+    for (const ScanBundle& bundle : bundles_) {
+      now = bundle.scan.end;
+      if (to_seconds(now - bundles_.front().scan.start) < 5.0) supervised.process(bundle, result);
+    }
+    EXPECT_EQ(made, sigma_m > 5.0 ? 2 : 1);
+    if (made == 2) EXPECT_LT(to_seconds(second - bundles_.front().scan.start), 2.0);
+    EXPECT_EQ(result.causals.front().reason, HealthReason::covariance);
+  }
+}
+
 /// Most of the scan fits 0.5 m beside the place, and the rule that compares it with decoys metres away says nothing.
 TEST_F(SupervisedInARoom, AnEstimateBesideTheTruthIsMovedThere) {
   for (const bool moves : {true, false}) {

@@ -34,10 +34,11 @@ class LosesItsState final : public Estimator {
 };
 
 /// In a room that looks the same from both ends, says that the robot is at the other one, 0.15 m beside where the
-/// scan fits best. Most readings contradict it.
+/// scan fits best. With the default weight, most readings contradict it.
 class AtTheOtherEnd final : public Estimator {
  public:
-  explicit AtTheOtherEnd(const Trajectory& truth) : truth_(truth) {}
+  explicit AtTheOtherEnd(const Trajectory& truth, double sigma_m = 0.01, double magnetic_weight = 0.1)
+      : truth_(truth), sigma_m_(sigma_m), magnetic_weight_(magnetic_weight) {}
   void process(const ScanBundle& bundle, EstimateSink& sink) override {
     Estimate estimate;
     estimate.time = bundle.scan.end;
@@ -45,10 +46,10 @@ class AtTheOtherEnd final : public Estimator {
     estimate.state = state_on(truth_, estimate.time);
     estimate.state.T_map_imu = half_turn * estimate.state.T_map_imu;
     estimate.state.velocity = (half_turn.rotation * estimate.state.velocity).eval();
-    estimate.covariance = 1e-4 * Matrix6::Identity();
+    estimate.covariance = sigma_m_ * sigma_m_ * Matrix6::Identity();
     estimate.diagnostics.correspondences = 500;
     estimate.diagnostics.magnetic_samples = 8;
-    estimate.diagnostics.magnetic_weight = 0.1;
+    estimate.diagnostics.magnetic_weight = magnetic_weight_;
     sink.causal(estimate);
     sink.best(estimate);
   }
@@ -56,6 +57,8 @@ class AtTheOtherEnd final : public Estimator {
 
  private:
   const Trajectory& truth_;
+  double sigma_m_;
+  double magnetic_weight_;
 };
 
 /// Sure of a place 0.5 m beside the truth, from the third second on, until it is moved.

@@ -312,6 +312,38 @@ TEST_F(MonitorOfScans, ScansThatDoNotFitAreLost) {
   }
 }
 
+TEST_F(MonitorOfScans, PointsBeyondTheRangeSayNothing) {
+  EXPECT_EQ(verdict(in_room(-2.0, 1.0, 0.3), in_room(0.0, -1.0, 0.3)).health, Health::lost);
+  input_.suite.lidar.max_range_m = 2.0;
+  EXPECT_EQ(verdict(in_room(-2.0, 1.0, 0.3), in_room(0.0, -1.0, 0.3)).health, Health::good);
+}
+
+/// People around the robot, 1.5 m apart from each other, where the map has nothing.
+TEST_F(MonitorOfScans, AFewPointsSayNothing) {
+  const auto with_people = [&](int people) {
+    ScanBundle bundle;
+    for (int i = 0; i < 200; ++i) {  // the floor
+      bundle.scan.points.emplace_back().position = Eigen::Vector3f(0.02F * static_cast<float>(i) - 2.0F, 1.0F, -0.5F);
+    }
+    for (int i = 0; i < people; ++i) {
+      const auto column = static_cast<float>(i % 4) - 1.5F;
+      const auto row = static_cast<float>(i / 4 % 4) - 1.5F;
+      bundle.scan.points.emplace_back().position =
+          Eigen::Vector3f(1.1F * column + 0.1F, 1.1F * row + 0.1F, 0.3F + 1.1F * static_cast<float>(i / 16));
+    }
+    bundle.imu = {at_rest(-from_seconds(kStep_s)), at_rest(0)};
+    HealthMonitor monitor(input_, Reckoning::learned_imu);
+    Estimate estimate = with_sigma(0.01);
+    estimate.state.T_map_imu = in_room(0.0, 0.0, 0.0);
+    monitor.judge(bundle, estimate);
+    return estimate;
+  };
+  EXPECT_EQ(with_people(40).health, Health::good);
+  EXPECT_EQ(with_people(40).diagnostics.place_points, 0);
+  EXPECT_EQ(with_people(80).health, Health::lost);
+  EXPECT_GE(with_people(80).diagnostics.place_points, 60);
+}
+
 TEST_F(MonitorOfScans, TheEstimatedPoseOfTheScanIsJudged) {
   // The estimator found that the LiDAR is mounted half a metre beside the platform file's position.
   HealthMonitor monitor(input_, Reckoning::learned_imu);

@@ -87,7 +87,7 @@ TEST_F(StartInARoom, IsFoundWhereTheFieldTellsTheEndsApart) {
     EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 0.05);
     EXPECT_LT(angle_deg(found.best.front().T_map_imu, log.truth), 0.5);
     EXPECT_LT(found.best.front().velocity.norm(), 0.1);
-    const auto sure = finder.find_sure(log.bundles);
+    const auto sure = finder.find_sure(log.bundles, {});
     ASSERT_TRUE(sure.has_value());
     EXPECT_EQ(sure->T_map_imu.boxminus(found.best.front().T_map_imu).norm(), 0.0);
   }
@@ -101,7 +101,7 @@ TEST_F(StartInARoom, IsNotSureByLidarAlone) {
     const Beginning log = beginning(start);
     const FoundStart found = finder.find(log.bundles);
     EXPECT_FALSE(found.sure);
-    EXPECT_FALSE(finder.find_sure(log.bundles).has_value());
+    EXPECT_FALSE(finder.find_sure(log.bundles, {}).has_value());
     ASSERT_GE(found.best.size(), 2U);
     // Both ends are among the results: one is the ground truth, the other opposite.
     const Pose opposite{Quaternion(Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitZ())) * log.truth.rotation,
@@ -111,6 +111,31 @@ TEST_F(StartInARoom, IsNotSureByLidarAlone) {
     }
     EXPECT_NEAR(found.best[0].probability + found.best[1].probability, 1.0, 0.05);
   }
+}
+
+/// The map has no floor at one end, so that the search finds the other end alone.
+TEST_F(StartInARoom, CompetesWithSupposedPlaces) {
+  std::vector<Eigen::Vector3f> cloud = room_->cloud;
+  std::erase_if(cloud, [](const Eigen::Vector3f& point) { return point.z() < 0.1F && point.x() > 0.5F; });
+  EstimatorInput input = room_->input;
+  input.field = nullptr;
+  input.planes = std::make_shared<PlaneMap>(cloud, PlaneMapOptions{});
+  const StartFinder finder(input);
+  int compared = 0;
+  for (const simulation::RandomStart& start : starts(8, 0.0)) {
+    const Beginning log = beginning(start);
+    if (std::abs(log.truth.position.x()) < 1.5) continue;
+    const Pose half_turn{Quaternion(Eigen::AngleAxisd(std::numbers::pi, Vector3::UnitZ())), Vector3::Zero()};
+    const Pose other_end = half_turn * log.truth;
+    const bool truth_is_standable = log.truth.position.x() < 0.0;
+    const auto alone = finder.find_sure(log.bundles, {});
+    ASSERT_TRUE(alone.has_value());
+    EXPECT_LT(distance(alone->T_map_imu, truth_is_standable ? log.truth : other_end), 0.05);
+    EXPECT_TRUE(finder.find_sure(log.bundles, std::vector{alone->T_map_imu}).has_value());
+    EXPECT_FALSE(finder.find_sure(log.bundles, std::vector{truth_is_standable ? other_end : log.truth}).has_value());
+    ++compared;
+  }
+  EXPECT_GE(compared, 3);
 }
 
 TEST_F(StartInARoom, IsFoundUnderWayWithItsVelocity) {
