@@ -47,6 +47,7 @@ class HealthMonitor {
   /// The place beside the newest estimate that scans prefer, if they do so clearly (NearbyCheck).
   std::optional<Pose> better_nearby() const { return nearby_.better(); }
 
+  /// The way (map axes) to the place beside the newest estimate that scans prefer, however likely.
   std::optional<Vector3> way_nearby() const { return nearby_.way(); }
 
   /// The estimator was moved to better_nearby().
