@@ -190,11 +190,11 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, std::span<cons
     if (candidate.log_likelihood < candidates.found.front().log_likelihood - kFinalistMargin) break;
     finalists.emplace_back(input_, candidate.T_map_imu * T_end_start, tracking);
   }
-  // The other candidates keep the probability from the first scan.
   const std::size_t searched = finalists.size();
   if (first == 0) {
     for (const Pose& pose : supposed) finalists.emplace_back(input_, pose * T_end_start, tracking);
   }
+  // The other candidates keep the probability from the first scan.
   double others = 0.0;
   for (std::size_t i = searched; i < candidates.found.size(); ++i) {
     others += std::exp(candidates.found[i].log_likelihood - candidates.found.front().log_likelihood);
