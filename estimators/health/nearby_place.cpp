@@ -99,11 +99,10 @@ bool NearbyCheck::is_due(const Estimate& causal) const {
 }
 
 void NearbyCheck::add(const Estimate& causal, const std::optional<NearbyPlace>& found) {
-  const Vector3& estimated = causal.state.T_map_imu.position;
-  Look look{causal.time, estimated, std::nullopt};
+  Look look{causal.time, causal.state.T_map_imu.position, std::nullopt};
   if (found) look.better = found->T_map_imu;
-  const auto way = [](const Look& one) -> Vector3 { return one.better->position - one.estimated; };
-  agree_ = found && newest_ && newest_->better && (way(look) - way(*newest_)).norm() < kSameWay_m;
+  const auto before = way();
+  agree_ = found && before && (*look.way() - *before).norm() < kSameWay_m;
   sum_ = (agree_ ? sum_ : 0.0) + (found ? found->log_odds : 0.0);
   newest_ = look;
 }

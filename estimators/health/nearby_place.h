@@ -42,10 +42,7 @@ class NearbyCheck {
   std::optional<Pose> better() const;
 
   /// The place that the newest look found, relative to the estimate in map axes, however likely.
-  std::optional<Vector3> way() const {
-    if (!newest_ || !newest_->better) return std::nullopt;
-    return Vector3(newest_->better->position - newest_->estimated);
-  }
+  std::optional<Vector3> way() const { return newest_ ? newest_->way() : std::nullopt; }
 
   void restart();
 
@@ -54,6 +51,11 @@ class NearbyCheck {
     Time time = 0;
     Vector3 estimated = Vector3::Zero();
     std::optional<Pose> better;
+
+    std::optional<Vector3> way() const {
+      if (!better) return std::nullopt;
+      return Vector3(better->position - estimated);
+    }
   };
 
   double odds_;
