@@ -105,61 +105,14 @@ StartHypothesis back_to_begin(Time begin, const ScanBundle& bundle, Time settled
 
 /// A finalist with the evidence of all scans so far.
 struct Finalist {
-  Pose T_map_end;  // at the first scan's end, where it was registered
+  Finalist(const EstimatorInput& input, const Pose& pose_at_start, StartTracking tracking)
+      : track(input, pose_at_start, tracking) {}
   StartTrack track;
   StartCandidate last;
   double log_likelihood = 0.0;
   double nowhere = 0.0;
   bool doubled = false;
 };
-
-/// Evidence of the track at `stations` (numbers of scans, the last first).
-void weigh_track(Finalist& finalist, std::span<const std::size_t> stations, std::span<const ScanBundle> scans,
-                 const EstimatorInput& input, const StartEvidence& evidence) {
-  finalist.log_likelihood = finalist.nowhere = 0.0;
-  for (const std::size_t station : stations) {
-    double nowhere = 0.0;
-    const StartCandidate at = weigh_scan(scans[station], finalist.track.states()[station], input, evidence, nowhere);
-    if (station == stations.front()) finalist.last = at;
-    finalist.log_likelihood += at.log_likelihood;
-    finalist.nowhere += nowhere;
-  }
-}
-
-std::size_t best_of(const std::vector<Finalist>& finalists) {
-  std::size_t best = finalists.size();
-  for (std::size_t i = 0; i < finalists.size(); ++i) {
-    if (finalists[i].doubled) continue;
-    if (best == finalists.size() || finalists[i].log_likelihood > finalists[best].log_likelihood) best = i;
-  }
-  return best;
-}
-
-/// The first scan of a robot that moves: `at_end`, level and at yaw 0.
-struct MovingStart {
-  MovingStart(const ScanBundle& bundle, const NavState& at_end, const SensorSuite& suite)
-      : scan(prepare_start(bundle, at_end.T_map_imu.rotation.conjugate() * Vector3::UnitZ(),
-                           at_end.T_map_imu.rotation.conjugate() * at_end.velocity, suite)) {
-    const ScanMotion motion(at_end, bundle.imu);
-    T_end_start = motion.relative_pose(bundle.scan.start);
-    velocity_at_start = T_end_start.rotation.conjugate() * motion.relative_begin_velocity();
-  }
-  StartScan scan;
-  Pose T_end_start;
-  Vector3 velocity_at_start;  // imu frame
-};
-
-/// Registers the first scan of a finalist again, now deskewed, and tracks it with that velocity.
-Finalist tracked_again(const Finalist& finalist, const MovingStart& moving, std::span<const ScanBundle> scans,
-                       const EstimatorInput& input) {
-  const auto planes = input.planes->around(finalist.T_map_end.position);
-  const Pose T_map_end = register_scan(moving.scan.points, finalist.T_map_end, *planes, moving.scan.lidars,
-                                       input.options.lidar.association)
-                             .T_map_imu;
-  Finalist again{T_map_end, StartTrack(input, T_map_end * moving.T_end_start, moving.velocity_at_start)};
-  again.track.follow(scans);
-  return again;
-}
 
 }  // namespace
 
@@ -235,11 +188,11 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, std::span<cons
   for (const StartCandidate& candidate : candidates.found) {
     if (finalists.size() == kFinalists) break;
     if (candidate.log_likelihood < candidates.found.front().log_likelihood - kFinalistMargin) break;
-    finalists.push_back({candidate.T_map_imu, StartTrack(input_, candidate.T_map_imu * T_end_start, tracking)});
+    finalists.emplace_back(input_, candidate.T_map_imu * T_end_start, tracking);
   }
   const std::size_t searched = finalists.size();
   if (first == 0) {
-    for (const Pose& pose : supposed) finalists.push_back({pose, StartTrack(input_, pose * T_end_start, tracking)});
+    for (const Pose& pose : supposed) finalists.emplace_back(input_, pose * T_end_start, tracking);
   }
   // The other candidates keep the probability from the first scan.
   double others = 0.0;
@@ -272,29 +225,18 @@ FoundStart StartFinder::find(std::span<const ScanBundle> bundles, std::span<cons
     tracked = upto;
     const std::vector<std::size_t> stations = stations_of(finalists[best].track.states());
     parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
-      if (!finalists[i].doubled) weigh_track(finalists[i], stations, scans, input_, search_->evidence());
-    });
-    // The robot moves alike wherever it is: what the best place shows of the velocity may lead the others' tracks.
-    if (tracking == StartTracking::filter) {
-      const std::size_t shows = best_of(finalists);
-      const std::size_t settled = std::min(end_of(kSettled_s), tracked) - 1;
-      const StartHypothesis start =
-          back_to_begin(bundle.scan.end, bundle, rest[settled].scan.end, finalists[shows].track.states()[settled],
-                        imu_of(rest.subspan(0, settled + 1)), input_);
-      NavState at_end = still;
-      at_end.velocity = still.T_map_imu.rotation * (start.T_map_imu.rotation.conjugate() * start.velocity);
-      const MovingStart moving(bundle, at_end, input_.suite);
-      std::vector<std::optional<Finalist>> others_again(finalists.size());
-      parallel_for(std::size_t{0}, finalists.size(), [&](std::size_t i) {
-        if (finalists[i].doubled || i == shows) return;
-        others_again[i] = tracked_again(finalists[i], moving, std::span(scans).first(tracked), input_);
-        weigh_track(*others_again[i], stations, scans, input_, search_->evidence());
-      });
-      for (std::size_t i = 0; i < finalists.size(); ++i) {
-        std::optional<Finalist>& again = others_again[i];
-        if (again && again->log_likelihood > finalists[i].log_likelihood) finalists[i] = std::move(*again);
+      Finalist& finalist = finalists[i];
+      if (finalist.doubled) return;
+      finalist.log_likelihood = finalist.nowhere = 0.0;
+      for (const std::size_t station : stations) {
+        double nowhere = 0.0;
+        const StartCandidate at =
+            weigh_scan(scans[station], finalist.track.states()[station], input_, search_->evidence(), nowhere);
+        if (station == stations.front()) finalist.last = at;
+        finalist.log_likelihood += at.log_likelihood;
+        finalist.nowhere += nowhere;
       }
-    }
+    });
     // Finalists that have converged to the same pose are merged: the best of them is tracked.
     std::vector<std::size_t> order;
     for (std::size_t i = 0; i < finalists.size(); ++i) {

@@ -14,19 +14,17 @@ namespace {
 
 constexpr double kPositionSigma_m = 0.15;
 constexpr double kRotationSigma_deg = 1.0;
-constexpr double kVelocitySigma_m_s = 1.5;       // of an unknown one
-constexpr double kShownVelocitySigma_m_s = 0.3;  // of another hypothesis: three times the usual error at a right place
+constexpr double kVelocitySigma_m_s = 1.5;
 
-EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start, const Vector3& velocity,
-                          double velocity_sigma_m_s) {
+EstimatorInput open_start(EstimatorInput input, const Pose& pose_at_start) {
   input.initial_pose = pose_at_start;
-  input.initial_velocity = pose_at_start.rotation * velocity;
+  input.initial_velocity = Vector3::Zero();
   input.warnings = nullptr;                    // problems of a wrong hypothesis are no warnings of the run
   input.options.lidar.sampling.voxel_m = 0.0;  // keeps all points
   InitialOptions& initial = input.options.initial;
   initial.position_sigma_m = kPositionSigma_m;
   initial.rotation_sigma_deg = kRotationSigma_deg;
-  initial.velocity_sigma_m_s = velocity_sigma_m_s;
+  initial.velocity_sigma_m_s = kVelocitySigma_m_s;
   return input;
 }
 
@@ -56,14 +54,9 @@ StartTracking tracking_of(std::span<const ScanBundle> bundles) {
 StartTrack::StartTrack(const EstimatorInput& input, const Pose& pose_at_start, StartTracking tracking)
     : input_(&input), pose_at_start_(pose_at_start) {
   if (tracking == StartTracking::filter) {
-    filter_ = std::make_shared<IteratedFilter>(open_start(input, pose_at_start, Vector3::Zero(), kVelocitySigma_m_s));
+    filter_ = std::make_shared<IteratedFilter>(open_start(input, pose_at_start));
   }
 }
-
-StartTrack::StartTrack(const EstimatorInput& input, const Pose& pose_at_start, const Vector3& velocity)
-    : input_(&input),
-      pose_at_start_(pose_at_start),
-      filter_(std::make_shared<IteratedFilter>(open_start(input, pose_at_start, velocity, kShownVelocitySigma_m_s))) {}
 
 void StartTrack::follow(std::span<const ScanBundle> bundles) {
   StateSink sink(states_, lost_);

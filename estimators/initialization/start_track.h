@@ -21,12 +21,9 @@ StartTracking tracking_of(std::span<const ScanBundle> bundles);
 /// A hypothesis of the initial pose, tracked through the scans that follow.
 class StartTrack {
  public:
-  /// `pose_at_start`: T_map_imu at the first bundle's scan start, accurate to about 0.2 m. The velocity is unknown.
+  /// `pose_at_start`: T_map_imu at the first bundle's scan start, accurate to about 0.2 m; the velocity is unknown.
   /// `input` must outlive this if scans are registered in pairs.
   StartTrack(const EstimatorInput& input, const Pose& pose_at_start, StartTracking tracking);
-
-  /// The same by the filter, with a velocity at that time (imu frame, m/s) that another hypothesis has shown.
-  StartTrack(const EstimatorInput& input, const Pose& pose_at_start, const Vector3& velocity);
 
   /// Processes further bundles, in order of time, with all points of their scans. The first has points.
   void follow(std::span<const ScanBundle> bundles);

@@ -12,7 +12,6 @@
 #include <random>
 
 #include "core/error.h"
-#include "estimators/initialization/start_track.h"
 #include "frontends/maps/tiled_plane_map.h"
 #include "frontends/synchronizer/synchronizer.h"
 #include "tests/estimators/initialization/random_starts.h"
@@ -151,32 +150,6 @@ TEST_F(StartInARoom, IsFoundUnderWayWithItsVelocity) {
     ASSERT_FALSE(found.best.empty());
     EXPECT_LT(distance(found.best.front().T_map_imu, log.truth), 0.08);
     EXPECT_LT((found.best.front().velocity - log.velocity).norm(), 0.15);
-  }
-}
-
-/// The robot moves alike wherever it is: a place's track may begin with the velocity that another's has shown, and does
-/// not believe it blindly.
-TEST_F(StartInARoom, ATrackBeginsWithTheVelocityOfAnother) {
-  for (const simulation::RandomStart& start : starts(2, 1.0)) {
-    const Beginning log = beginning(start, 1.2);
-    const Vector3 velocity = log.truth.rotation.conjugate() * log.velocity;
-    StartTrack unknown(room_->input, log.truth, StartTracking::filter);
-    StartTrack shown(room_->input, log.truth, velocity);
-    const Vector3 mistake(0.25, -0.25, 0.0);
-    StartTrack off(room_->input, log.truth, velocity + mistake);
-    const std::span<const ScanBundle> bundles(log.bundles);
-    unknown.follow(bundles.first(1));
-    shown.follow(bundles.first(1));
-    const double step_s = to_seconds(bundles.front().scan.end - bundles.front().scan.start);
-    const auto error_m_s = [&](const StartTrack& track) {
-      return (track.states().front().velocity - log.velocity).norm() - step_s * 1.0;  // a robot's acceleration
-    };
-    EXPECT_LT(error_m_s(shown), 0.1);
-    EXPECT_GT(error_m_s(unknown), error_m_s(shown));
-    shown.follow(bundles.subspan(1));
-    off.follow(bundles);
-    EXPECT_LT((off.states().back().velocity - shown.states().back().velocity).norm(), 0.5 * mistake.norm());
-    EXPECT_LT(distance(off.states().back().T_map_imu, shown.states().back().T_map_imu), 0.02);
   }
 }
 
